@@ -1,0 +1,51 @@
+# Everything from nothing: each target makes .venv with the pinned versions first. Needs Python >= 3.11 only.
+
+VENV   := .venv
+BIN    := $(VENV)/bin
+# The optional dependencies that the tests run with; CI adds `train`.
+EXTRAS ?= dev,plot,render,bench
+# The first of these that is 3.11 or newer, or yours: make test PYTHON=python3.12
+PYTHON ?= $(firstword $(foreach python,python3 python3.13 python3.12 python3.11 python3.14,\
+	$(shell $(python) -c 'import sys; sys.version_info >= (3, 11) and print("$(python)")' 2>/dev/null)))
+PIP    := $(BIN)/python -m pip --disable-pip-version-check
+# Re-installed when either changes.
+PINS   := pyproject.toml constraints.txt
+comma  := ,
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test lint format clean
+
+help:  ## what can be made
+	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST)
+
+demo: $(VENV)/.installed-core  ## one evaluation of a built-in scenario: no torch, no data files
+	$(BIN)/trust-env evaluate --scenario case1 --attack honest,false_positive --defense score,trust --episodes 20
+
+test: $(VENV)/.installed-$(subst $(comma),-,$(EXTRAS))  ## all tests, on two processes
+	$(BIN)/python -m pytest -n 2 --benchmark-disable
+
+lint: $(VENV)/.installed-$(subst $(comma),-,$(EXTRAS))  ## ruff and pyright; fails on any finding
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright
+
+format: $(VENV)/.installed-$(subst $(comma),-,$(EXTRAS))  ## let ruff put the code in order
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+clean:  ## remove .venv and the caches
+	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# A stamp for each set of extras, so that nothing is installed twice.
+$(VENV)/.installed-core: $(PINS) | $(BIN)/python
+	$(PIP) install --quiet -c constraints.txt -e .
+	@touch $@
+
+$(VENV)/.installed-%: $(PINS) | $(BIN)/python
+	$(PIP) install --quiet -c constraints.txt -e '.[$(subst -,$(comma),$*)]'
+	@touch $@
+
+$(BIN)/python:
+	@test -n "$(PYTHON)" || { echo "trust-env needs Python 3.11 or newer: make PYTHON=/path/to/python3.11"; exit 1; }
+	$(PYTHON) -m venv $(VENV)
