@@ -2,33 +2,36 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from pydantic import BaseModel, ValidationError
 
-from trust_env.scenario_errors import Location, Problem, problems_of
-from trust_env.scenario_parts import AgentEntry, Fov, Sensor
+from trust_env.scenario_agents import AgentEntry, Sensor
+from trust_env.scenario_errors import MISSING, Location, Problem, problems_of
+from trust_env.scenario_fov import Fov
 
 if TYPE_CHECKING:
     from trust_env.scenario import Scenario
 
-MAX_AGENTS = 64  # the agents that have seen a track are the bits of one integer
+MAX_AGENTS = 64  # the agents that have hit a track are the bits of one integer
 
 
 def agent_problems(scenario: Scenario) -> list[Problem]:
-    """What is wrong with the number of agents, or with what an agent's differences make of its FOV and sensor."""
-    field: Location = ("team",) if scenario.agents is None else ("agents",)
+    """What is wrong with the number of agents, or with what their differences make of FOV and sensor."""
     if not 1 <= scenario.n_agents <= MAX_AGENTS:
-        return [Problem(field, f"{scenario.n_agents} agents", f"expected 1 to {MAX_AGENTS} agents")]
+        field = "team" if scenario.agents is None else "agents"
+        text = f"there are {scenario.n_agents} agents; expected 1 to {MAX_AGENTS}"
+        return [Problem((field,), MISSING, text)]
     found: list[Problem] = []
     for k, entry in enumerate(scenario.agents or ()):
-        found += _resolved(scenario.fov_of, entry, Fov, ("agents", k, "fov"))
-        found += _resolved(scenario.sensor_of, entry, Sensor, ("agents", k, "sensor"))
+        found += _unresolved(scenario.fov_of, entry, Fov, ("agents", k, "fov"))
+        found += _unresolved(scenario.sensor_of, entry, Sensor, ("agents", k, "sensor"))
     return found
 
 
-def _resolved(
+def _unresolved(
     resolve: Callable[[AgentEntry], BaseModel], entry: AgentEntry, model: type[BaseModel], at: Location
 ) -> list[Problem]:
     try:
@@ -39,73 +42,75 @@ def _resolved(
 
 
 def problems(scenario: Scenario) -> list[Problem]:
-    """Everything that only shows when several fields are seen together; the agents can be resolved."""
-    return [*_area(scenario), *_places(scenario), *_capacities(scenario), *_beliefs(scenario), *_injections(scenario)]
+    """What only shows when several fields are seen together, once all agents can be resolved."""
+    checks = (_area, _recording, _detections, _clutter, _false_positive_density, _injections)
+    return [problem for check in checks for problem in check(scenario)]
 
 
 def _area(scenario: Scenario) -> list[Problem]:
     x_min, x_max, y_min, y_max = scenario.area
-    if x_min < x_max and y_min < y_max:
-        return []
     text = "expected [x_min, x_max, y_min, y_max] with x_min < x_max and y_min < y_max, or the area is zero"
-    return [Problem(("area",), list(scenario.area), text)]
+    return [] if x_min < x_max and y_min < y_max else [Problem(("area",), list(scenario.area), text)]
 
 
-def _places(scenario: Scenario) -> list[Problem]:
-    targets, found = scenario.targets, []
-    if scenario.team.placement == "traffic" and targets.data is None:
-        found.append(Problem(("team", "placement"), "traffic", "expected a recording in targets.data to place agents by"))
+def _recording(scenario: Scenario) -> list[Problem]:
     recording = scenario.recording()
-    if recording is not None and scenario.horizon > len(recording.times):
-        text = f"expected at most the {len(recording.times)} frames of the recording, or null for all of them"
+    traffic = scenario.team.placement == "traffic"
+    if recording is None:
+        text = "expected a recording in targets.data to place the agents by"
+        return [Problem(("team", "placement"), "traffic", text)] if traffic else []
+    found: list[Problem] = []
+    if scenario.horizon > (frames := len(recording.times)):
+        text = f"expected at most {frames}, the frames of the recording, or null for all of them"
         found.append(Problem(("horizon",), scenario.horizon, text))
+    if traffic and recording.n_positions < scenario.n_agents:
+        text = f"expected a recording of at least {scenario.n_agents} different positions, one per agent"
+        found.append(Problem(("team", "placement"), "traffic", text))
     return found
 
 
-def _capacities(scenario: Scenario) -> list[Problem]:
-    detections, found = scenario.sensor.max_detections, []
-    if detections < scenario.injection.slots:
-        text = f"expected at least injection.slots ({scenario.injection.slots})"
-        found.append(Problem(("sensor", "max_detections"), detections, text))
-    for k in range(scenario.n_agents):
-        entry = scenario.agents[k] if scenario.agents is not None else AgentEntry(role=scenario.roles[k])
-        sensor, area = scenario.sensor_of(entry), scenario.fov_of(entry).area
-        clutter = sensor.clutter_density * area
-        if clutter > detections:
+def _detections(scenario: Scenario) -> list[Problem]:
+    slots, detections = scenario.injection.slots, scenario.sensor.max_detections
+    text = f"expected at least injection.slots ({slots})"
+    return [] if detections >= slots else [Problem(("sensor", "max_detections"), detections, text)]
+
+
+def _clutter(scenario: Scenario) -> list[Problem]:
+    most = scenario.sensor.max_detections
+    for k, entry in enumerate(scenario.entries):
+        density, area = scenario.sensor_of(entry).clutter_density, scenario.fov_of(entry).area
+        if density * area > most:
             text = (
-                f"expected less clutter than sensor.max_detections ({detections}) in a scan: "
-                f"in the FOV of agent {k}, {area:.6g} m^2, there are {clutter:.6g} on average"
+                f"the FOV of agent {k} has {area:.6g} m^2, so that a scan holds {density * area:.6g} false "
+                f"positives on average; expected at most sensor.max_detections ({most})"
             )
             own = entry.sensor is not None and entry.sensor.clutter_density is not None
-            at: Location = ("agents", k, "sensor", "clutter_density") if own else ("sensor", "clutter_density")
-            return [*found, Problem(at, sensor.clutter_density, text)]
-    return found
+            above: Location = ("agents", k) if own else ()
+            return [Problem((*above, "sensor", "clutter_density"), density, text)]
+    return []
 
 
-def _beliefs(scenario: Scenario) -> list[Problem]:
+def _false_positive_density(scenario: Scenario) -> list[Problem]:
     if scenario.tracker.beta_fp is not None:
         return []
-    entries = scenario.agents if scenario.agents is not None else (AgentEntry(role="benign"),)
-    for entry in entries:
+    for k, entry in enumerate(scenario.entries):
         believed = entry.belief is not None and entry.belief.beta_fp is not None
         if not believed and scenario.sensor_of(entry).clutter_density == 0:
-            text = "expected a number above 0 (false positives per m^2), as the sensor's clutter density is 0"
+            text = f"expected false positives per m^2 above 0, as the clutter density of agent {k} is 0"
             return [Problem(("tracker", "beta_fp"), None, text)]
     return []
 
 
 def _injections(scenario: Scenario) -> list[Problem]:
     found: list[Problem] = []
-    names, count = scenario.agent_names, [0] * scenario.n_agents
+    given: Counter[int] = Counter()
     for i, injection in enumerate(scenario.injections):
-        at: Location = ("injections", i, "agent")
-        if injection.agent >= scenario.n_agents:
+        k = injection.agent
+        given[k] += 1
+        if k >= scenario.n_agents:
             text = f"expected the index of an agent, 0 to {scenario.n_agents - 1}"
-            found.append(Problem(at, injection.agent, text))
-            continue
-        count[injection.agent] += 1
-        budget = scenario.agent(injection.agent).budget.injections if not _beliefs(scenario) else scenario.injection.slots
-        if count[injection.agent] > min(budget, scenario.injection.slots):
-            text = f"expected at most {min(budget, scenario.injection.slots)} injections of {names[injection.agent]} (its budget)"
-            found.append(Problem(at, injection.agent, text))
+            found.append(Problem(("injections", i, "agent"), k, text))
+        elif given[k] > (budget := scenario.budget_of(scenario.entries[k]).injections):
+            text = f"expected at most {budget} injections of {scenario.agent_names[k]}, its budget per frame"
+            found.append(Problem(("injections", i, "agent"), k, text))
     return found

@@ -1,4 +1,4 @@
-"""What a recording decides in a scenario: the horizon, the area, the number of targets, where agents stand."""
+"""What a recording decides in a scenario: the horizon, the area, the targets, and where agents stand."""
 
 from __future__ import annotations
 
@@ -6,69 +6,68 @@ import functools
 from typing import TYPE_CHECKING, Any
 
 from trust_env.scenario_errors import Problem
-from trust_env.scenario_loading import Layer
+from trust_env.scenario_overrides import Layer
 
 if TYPE_CHECKING:
     from trust_env.recording import Recording
 
-_FROM_RECORDING = (("horizon",), ("area",), ("targets", "slots"))
 
-
-def fill_from_recording(layer: Layer) -> Layer:
-    """Fields that are null, or that follow from what is given, get their value from the recording or the positions."""
-    targets, dt = layer.fields.get("targets"), layer.fields.get("dt")
+def filled(layer: Layer) -> Layer:
+    """Set what is null or follows: by the recording, or by the list of positions."""
+    targets = layer.fields["targets"]
     if not isinstance(targets, dict):
-        return layer  # reported by the types
-    if targets.get("data") is None:
-        _refuse_without_data(layer, targets)
-        slots = {"slots": len(targets["positions"])} if isinstance(targets.get("positions"), (list, tuple)) else {}
-        return Layer({**layer.fields, "targets": {**targets, **slots}}, layer.origins)
-    if not isinstance(targets["data"], str) or not isinstance(dt, (int, float)) or not 0 < dt < float("inf"):
-        return layer
-    return Layer(_filled(layer, targets, dt), layer.origins)
+        return layer  # the types will tell
+    if isinstance(targets.get("data"), str):
+        return Layer(_by_recording(layer, targets), layer.origins)
+    if isinstance(positions := targets.get("positions"), (list, tuple)):
+        targets = {**targets, "slots": len(positions)}
+    _refuse_nulls(layer, targets)
+    return Layer({**layer.fields, "targets": targets}, layer.origins)
 
 
-def _filled(layer: Layer, targets: dict[str, Any], dt: float) -> dict[str, Any]:
+def _by_recording(layer: Layer, targets: dict[str, Any]) -> dict[str, Any]:
     from trust_env.recording import cached_recording
 
+    dt = layer.fields["dt"]
+    if isinstance(dt, bool) or not isinstance(dt, (int, float)) or not 0 < dt < float("inf"):
+        return layer.fields  # the types will tell
     try:
         recording = cached_recording(targets["data"], dt)
     except ValueError as fault:
         raise layer.origins.error([Problem(("targets", "data"), targets["data"], str(fault))]) from None
-    found = {"horizon": len(recording.times), "area": list(recording.bounds)}
-    fields = {k: found[k] if v is None and k in found else v for k, v in layer.fields.items()}
+    decided = {"horizon": len(recording.times), "area": list(recording.area)}
+    fields = {name: decided.get(name) if value is None else value for name, value in layer.fields.items()}
     return {**fields, "targets": {**targets, "slots": len(recording.ids)}}
 
 
-def _refuse_without_data(layer: Layer, targets: dict[str, Any]) -> None:
-    values = {("horizon",): layer.fields.get("horizon"), ("area",): layer.fields.get("area")}
-    values[("targets", "slots")] = targets.get("slots") if targets.get("positions") is None else 0
-    empty = [".".join(location) for location, value in values.items() if value is None]
-    if empty:
-        name = layer.origins.source
+def _refuse_nulls(layer: Layer, targets: dict[str, Any]) -> None:
+    values = {
+        "horizon": layer.fields["horizon"],
+        "area": layer.fields["area"],
+        "targets.slots": targets["slots"],
+    }
+    nulls = [name for name, value in values.items() if value is None]
+    if nulls:
+        source = layer.origins.source if layer.origins.source != "mapping" else layer.fields["name"]
         text = (
-            f"{' and '.join(empty)} come from a recording; expected the path of a CSV file (OpenSky state vectors, or "
-            f'columns t,id,x,y): load_scenario("{name}", data="traffic.csv"), {name}(data="traffic.csv") on the command '
-            "line, or `targets: {data: traffic.csv}` in YAML"
+            f"a recording decides {', '.join(nulls)} (null); expected the path of a CSV file with OpenSky "
+            f'state vectors or columns t,id,x,y, as in load_scenario("{source}", data="traffic.csv"), '
+            f"{source}(data='traffic.csv') on the command line, or `targets: {{data: traffic.csv}}` in YAML"
         )
         raise layer.origins.error([Problem(("targets", "data"), None, text)])
 
 
-def traffic_centres(recording: Recording, n_agents: int) -> tuple[tuple[float, float], ...]:
-    """Centres of k-means over the recorded positions, [K] points in m, the busiest first."""
-    return _centres(recording, n_agents)
-
-
 @functools.lru_cache(maxsize=8)
-def _centres(recording: Recording, n_agents: int) -> tuple[tuple[float, float], ...]:
+def traffic_centres(recording: Recording, n_agents: int) -> tuple[tuple[float, float], ...]:
+    """Centres of k-means over the recorded positions, K points in m, the busiest first."""
     import numpy as np
     from scipy.cluster.vq import kmeans2
 
     points = recording.positions[~np.isnan(recording.positions[..., 0])]
-    chosen = [points.mean(axis=0)]
-    for _ in range(n_agents - 1):  # far apart, so that the result depends on no random start
-        distance = np.min([np.hypot(*(points - c).T) for c in chosen], axis=0)
-        chosen.append(points[distance.argmax()])
-    centres, members = kmeans2(points, np.array(chosen), minit="matrix", iter=50, missing="warn")
-    order = np.argsort(-np.bincount(members, minlength=n_agents), kind="stable")
-    return tuple((float(x), float(y)) for x, y in centres[order])
+    start = [points.mean(axis=0)]
+    while len(start) < n_agents:  # each far from the others: no random start, the same result everywhere
+        apart = np.min([np.hypot(*(points - centre).T) for centre in start], axis=0)
+        start.append(points[apart.argmax()])
+    centres, members = kmeans2(points, np.array(start), minit="matrix", iter=50)
+    busiest = np.argsort(-np.bincount(members, minlength=n_agents), kind="stable")
+    return tuple((float(x), float(y)) for x, y in centres[busiest])

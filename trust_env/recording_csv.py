@@ -1,0 +1,84 @@
+"""Samples of trajectories from a CSV file, with the line in every complaint."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+Samples = dict[str, NDArray[np.float64]]  # id -> [n, 3]: s, then x, y in m, or longitude, latitude in degrees
+Rows = Iterator[tuple[int, list[str]]]  # line in the file, cells
+
+_OPENSKY = ("time", "icao24", "lon", "lat")
+_PLAIN = ("t", "id", "x", "y")
+_DEGREES = {"lat": 90.0, "lon": 180.0}
+
+
+def read_samples(path: str | Path) -> tuple[Samples, bool]:
+    """Samples in the order of the file, and whether they are longitude and latitude."""
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as file:
+            return _samples(_rows(file), str(path))
+    except UnicodeDecodeError:
+        raise ValueError(f"{path}: expected a CSV file in UTF-8") from None
+    except csv.Error as fault:
+        raise ValueError(f"{path}: expected a CSV file: {fault}") from None
+    except OSError as fault:
+        reason = "there is no such file" if isinstance(fault, FileNotFoundError) else fault.strerror
+        raise ValueError(f"{path}: {reason}; expected a CSV file of recorded trajectories") from None
+
+
+def _rows(file: Iterator[str]) -> Rows:
+    reader = csv.reader(file)
+    for row in reader:
+        cells = [cell.strip() for cell in row]
+        if any(cells):
+            yield reader.line_num, cells
+
+
+def _samples(rows: Rows, path: str) -> tuple[Samples, bool]:
+    header_line, header = next(rows, (0, []))
+    if not header:
+        raise ValueError(f"{path}: the file is empty; expected a header such as {','.join(_PLAIN)}")
+    names = [name.lower() for name in header]
+    form = _form(names, f"{path}, line {header_line}")
+    columns = [names.index(name) for name in form]
+    found: dict[str, list[list[float]]] = {}
+    for line, row in rows:
+        time, name, x, y = (row[c] if c < len(row) else "" for c in columns)
+        if form is _OPENSKY and not x and not y:
+            continue  # an aircraft that is heard but not located
+        if not name:
+            raise ValueError(f"{path}, line {line}: {form[1]} is blank; expected the name of a trajectory")
+        cells = ((form[0], time), (form[2], x), (form[3], y))
+        found.setdefault(name, []).append([_number(c, cell, f"{path}, line {line}") for c, cell in cells])
+    if not found:
+        raise ValueError(f"{path}: no positions below the header; expected two or more of one id")
+    return {name: np.array(values) for name, values in found.items()}, form is _OPENSKY
+
+
+def _form(names: list[str], place: str) -> tuple[str, ...]:
+    """Which of the two forms a header has."""
+    for form in (_OPENSKY, _PLAIN):
+        if set(form) <= set(names):
+            return form
+    meant = max((_OPENSKY, _PLAIN), key=lambda form: len(set(form) & set(names)))
+    lacking = ", ".join(name for name in meant if name not in names)
+    forms = f"{', '.join(_OPENSKY)} (OpenSky state vectors) or {', '.join(_PLAIN)} (seconds, metres)"
+    raise ValueError(f"{place}: no column {lacking}; expected {forms}, found {', '.join(names)}")
+
+
+def _number(column: str, cell: str, place: str) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ValueError(f"{place}: {column} = {cell!r}: expected a finite number")
+    if abs(value) > (most := _DEGREES.get(column, math.inf)):
+        raise ValueError(f"{place}: {column} = {cell}: expected degrees from -{most:g} to {most:g}")
+    return value

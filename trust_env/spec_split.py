@@ -1,0 +1,39 @@
+"""Commas that separate, told from those inside brackets and quotes."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+_CLOSING = {"(": ")", "[": "]", "{": "}"}
+
+
+def pieces(text: str) -> list[str]:
+    """The text between the commas that stand outside all brackets and quotes."""
+    cuts = [-1, *_scan(text)[0], len(text)]
+    return [text[start + 1 : stop].strip() for start, stop in pairwise(cuts)]
+
+
+def fault_of(text: str) -> str:
+    """What is wrong with the brackets and quotes; empty when all are closed."""
+    return _scan(text)[1]
+
+
+def _scan(text: str) -> tuple[list[int], str]:
+    """Where the separating commas stand, and the first fault."""
+    commas: list[int] = []
+    expected: list[str] = []
+    quote, escaped = "", False
+    for i, char in enumerate(text):
+        if quote:
+            quote = "" if char == quote and not escaped else quote
+            escaped = char == "\\" and not escaped
+        elif char in "\"'":
+            quote = char
+        elif char in _CLOSING:
+            expected.append(_CLOSING[char])
+        elif char in ")]}" and (not expected or expected.pop() != char):
+            return commas, f"a {char} closes nothing"
+        elif char == "," and not expected:
+            commas.append(i)
+    missing = quote or (expected[-1] if expected else "")
+    return commas, f"a {missing} is missing at the end" if missing else ""
