@@ -12,6 +12,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -181,15 +182,14 @@ class OracleTracker:
         self, agent: int, scan: np.ndarray, tracks: list[OracleTrack], noise_cov: np.ndarray
     ) -> dict[int, int]:
         """Track id -> detection: within the gate, most pairs, then the least sum of d² + ln|S|."""
-        threshold = chi2.ppf(self.params.gate, 2)
+        threshold = gate_threshold(self.params.gate)
         allowed = np.zeros((len(tracks), len(scan)), dtype=bool)
         cost = np.zeros((len(tracks), len(scan)))
         for row, track in enumerate(tracks):
             innovation_cov = H @ track.cov @ H.T + noise_cov
-            for column, detection in enumerate(scan):
-                d2 = mahalanobis2(detection - track.position, innovation_cov)
-                allowed[row, column] = d2 <= threshold
-                cost[row, column] = d2 + math.log(np.linalg.det(innovation_cov))
+            d2 = mahalanobis2(scan - track.position, innovation_cov)
+            allowed[row] = d2 <= threshold
+            cost[row] = d2 + math.log(np.linalg.det(innovation_cov))
         pairs = assign(allowed, cost)
         for row, column in pairs:
             self.assignment[agent][column] = tracks[row].id
@@ -210,7 +210,7 @@ class OracleTracker:
         innovation = detection - track.position
         innovation_cov = H @ track.cov @ H.T + noise_cov
         likelihood_ratio = p_detect / (2 * math.pi * beta_fp * math.sqrt(np.linalg.det(innovation_cov)))
-        d2 = mahalanobis2(innovation, innovation_cov)
+        d2 = float(mahalanobis2(innovation, innovation_cov))
         self.add_score(track, agent, weight * (math.log(likelihood_ratio) - d2 / 2))
         gain = track.cov @ H.T @ np.linalg.inv(innovation_cov)
         rest = np.eye(4) - gain @ H
@@ -278,9 +278,15 @@ class OracleTracker:
         raise ValueError(self.params.deletion)
 
 
-def mahalanobis2(innovation: np.ndarray, innovation_cov: np.ndarray) -> float:
-    """d² = νᵀ S⁻¹ ν."""
-    return float(innovation @ np.linalg.solve(innovation_cov, innovation))
+@cache
+def gate_threshold(gate: float) -> float:
+    """Largest d² inside the gate: the chi-square quantile for two dimensions."""
+    return float(chi2.ppf(gate, 2))
+
+
+def mahalanobis2(innovation: np.ndarray, innovation_cov: np.ndarray) -> np.ndarray:
+    """d² = νᵀ S⁻¹ ν, for one innovation [2] or for several [n, 2]."""
+    return np.sum(innovation * np.linalg.solve(innovation_cov, innovation.T).T, axis=-1)
 
 
 # --- Evidence -----------------------------------------------------------------------------------------------
@@ -314,16 +320,15 @@ def oracle_evidence(
     """Evidence about `tracks` (the confirmed ones) from all that the agents reported and track themselves."""
     shape = (len(reports), len(tracks))
     expected, detected, held = (np.zeros(shape, dtype=bool) for _ in range(3))
-    threshold = chi2.ppf(gate, 2)
+    threshold = gate_threshold(gate)
     for k, report in enumerate(reports):
         for j, track in enumerate(tracks):
             expected[k, j] = contains[k](track.position)
-            for detection in np.asarray(report, dtype=float).reshape(-1, 2):
-                offset = detection - track.position
-                if mahalanobis2(offset, H @ track.cov @ H.T + noise_cov[k]) <= threshold:
-                    detected[k, j] = True
-                if near_distance is not None and math.hypot(*offset) <= near_distance:
-                    detected[k, j] = True
+            offset = np.asarray(report, dtype=float).reshape(-1, 2) - track.position
+            near = mahalanobis2(offset, H @ track.cov @ H.T + noise_cov[k]) <= threshold
+            if near_distance is not None:
+                near = near | (np.hypot(offset[:, 0], offset[:, 1]) <= near_distance)
+            detected[k, j] = near.any()
         for j in held_by(tracks, local_tracks[k], hold_distance):
             held[k, j] = True
     ids = np.array([track.id for track in tracks], dtype=int)

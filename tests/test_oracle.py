@@ -98,7 +98,7 @@ def test_paper_preset_by_hand():
     assert trust.track_beliefs[7] == pytest.approx((1.0, 1.0))
     assert trust.agent_beliefs == [pytest.approx((0.5 + 11 / 24, 0.5 + 11 / 24))] * 2
     trust.update(one_track([1, 0], [1, 0], [0, 1]))
-    # One expected agent says nothing of the track; precision decays to 0.99 · 2. Agent 1 holds it out of view.
+    # One expected agent says nothing of the track; precision decays to 1.98. Agent 1 holds it out of view.
     assert trust.track_beliefs[7] == pytest.approx((0.99, 0.99))
     variance = 0.25 / (1.98 + 1.0)
     precision = 0.99 * (1.0 + 11 / 12)

@@ -9,7 +9,7 @@ likelihood ratios.
 | p_detect  | P_D    | probability that an agent detects a target inside its FOV, 0 < P_D < 1   |
 | beta_fp   | β_FP   | density of natural false positives, per unit volume of measurement space |
 | beta_nt   | β_NT   | density of new targets, per unit volume of measurement space             |
-| det_r     | det(R)  | determinant of the measurement noise covariance                          |
+| det_r     | det R  | determinant of the measurement noise covariance                          |
 | eta       | η      | dimension of a measurement                                               |
 | alpha     | α      | probability that a false track is confirmed (Wald's test)                |
 | beta      | β      | probability that a true track is deleted (Wald's test)                   |
@@ -26,9 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 Matrix = NDArray[np.floating]
 
-_CONVERGED = (
-    1e-13  # a frame that changes the covariance by less, relative to the predicted one, is a steady one
-)
+_CONVERGED = 1e-13  # a frame that changes the covariance by less, relative to the predicted one, is steady
 
 
 class ScoreThresholds(NamedTuple):
