@@ -1,0 +1,132 @@
+"""The environment under test: where fresh ones come from, and what is already known about it."""
+
+from __future__ import annotations
+
+import contextlib
+import copy
+import inspect
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from pettingzoo.utils import parallel_to_aec
+
+from trust_env.conformance.report import Failed, Result, Skipped
+from trust_env.conformance.rollout import Env, Frame, PolicyFactory, advance, begin
+
+# More than this is not written down of an episode: image observations fill the memory otherwise.
+MAX_RECORDED_BYTES = 256 * 2**20
+
+
+@dataclass
+class Subject:
+    """Makes environments for the checks, records the reference episode, and keeps the results so far."""
+
+    make_env: Callable[..., Env] | Env
+    aec: Callable[..., Any] | None
+    seed: int
+    num_cycles: int
+    max_seconds: float
+    make_policy: PolicyFactory
+    allow_warnings: tuple[str, ...]
+    results: dict[str, Result] = field(default_factory=dict)
+    _open: list[Any] = field(default_factory=list)
+
+    def env(self, **options: Any) -> Env:
+        """A fresh environment, whose action spaces are seeded, so that what samples them is repeatable."""
+        make: Any = self.make_env
+        return self._prepared(make(**options) if self.is_factory else copy.deepcopy(make))
+
+    def aec_env(self, **options: Any) -> Any:
+        """A fresh environment in its AEC form."""
+        return self._prepared(self.aec(**options)) if self.aec else parallel_to_aec(self.env(**options))
+
+    @property
+    def is_factory(self) -> bool:
+        return isinstance(self.make_env, type) or not hasattr(self.make_env, "reset")
+
+    def accepts(self, option: str) -> bool:
+        """Whether the factories take a keyword argument."""
+        factories = [self.make_env, self.aec] if self.aec else [self.make_env]
+        return self.is_factory and all(_accepts(factory, option) for factory in factories)
+
+    @cached_property
+    def name(self) -> str:
+        try:
+            return str(self.env())
+        except Exception:
+            return getattr(self.make_env, "__name__", type(self.make_env).__name__)
+        finally:
+            self.close_environments()
+
+    @cached_property
+    def reference(self) -> list[Frame]:
+        """A seeded episode of a fresh environment, from which the other checks take their actions."""
+        return self._recorded[0]
+
+    @property
+    def seconds_per_step(self) -> float:
+        return self._recorded[1] / max(1, len(self.reference) - 1)
+
+    @property
+    def cycles(self) -> int:
+        """How many cycles PettingZoo's tests may run within `max_seconds`; ten at least."""
+        affordable = self.max_seconds / max(self.seconds_per_step, 1e-9)
+        return int(np.clip(affordable, min(10, self.num_cycles), self.num_cycles))
+
+    @property
+    def extent(self) -> str:
+        """A remark where the episode was not followed to its end."""
+        steps = len(self.reference) - 1
+        unfinished = bool(self.reference[-1].agents)
+        return f"the first {steps} steps; the episode had not ended" if unfinished else f"{steps} steps"
+
+    def passed(self, check: str) -> bool:
+        return check in self.results and self.results[check].status == "passed"
+
+    def failed(self, check: str) -> bool:
+        return check in self.results and self.results[check].status == "failed"
+
+    def fail_if_deterministic(self, fault: str) -> None:
+        """Two runs differ: a fault of what lies between them, unless any two runs of the environment do."""
+        if self.failed("whole_episode_determinism"):
+            raise Skipped(f"cannot be judged while whole_episode_determinism fails ({fault})")
+        raise Failed(fault)
+
+    def close_environments(self) -> None:
+        """Close what `env` and `aec_env` made; whether closing works is a check of its own."""
+        while self._open:
+            with contextlib.suppress(Exception):
+                self._open.pop().close()
+
+    def _prepared(self, env: Any) -> Any:
+        self._open.append(env)
+        for index, agent in enumerate(getattr(env, "possible_agents", ())):
+            env.action_space(agent).seed(self.seed + index)
+        return env
+
+    @cached_property
+    def _recorded(self) -> tuple[list[Frame], float]:
+        env, started = self.env(), time.perf_counter()
+        frames = [begin(env, self.seed)]
+        stepping, recorded = time.perf_counter(), 0
+        for frame in advance(env, frames[0], self.make_policy(env, self.seed), self.num_cycles):
+            frames.append(frame)
+            recorded += _bytes(frame.observations)
+            if time.perf_counter() - started > self.max_seconds or recorded > MAX_RECORDED_BYTES:
+                break
+        return frames, time.perf_counter() - stepping
+
+
+def _accepts(factory: Any, option: str) -> bool:
+    parameters = inspect.signature(factory).parameters
+    return option in parameters or any(p.kind is p.VAR_KEYWORD for p in parameters.values())
+
+
+def _bytes(value: Any) -> int:
+    if isinstance(value, dict):
+        return sum(map(_bytes, value.values()))
+    return value.nbytes if isinstance(value, np.ndarray) else 0
