@@ -13,7 +13,7 @@ from trust_env.scenario_agents import Agent, AgentEntry, Belief, Budget, Role, S
 from trust_env.scenario_errors import Origins, ScenarioError, problems_of
 from trust_env.scenario_fov import Fov
 from trust_env.scenario_loading import defaults, read_source, scenarios
-from trust_env.scenario_overrides import Layer, override, plain
+from trust_env.scenario_overrides import Layer, override, plain, refuse_idle
 from trust_env.scenario_parts import (
     CaseInjection,
     EvidenceRules,
@@ -161,7 +161,9 @@ def load_scenario(source: Source, /, **overrides: Any) -> Scenario:
     Overrides name a field by its dotted path (`**{"tracker.gate": 0.95}`) or by a last name that fits one
     field only (`gate=0.95`). Raises ScenarioError, a ValueError, that lists everything that is wrong.
     """
-    layer = filled(_layer(source, overrides))
+    layer = _layer(source, overrides)
+    refuse_idle(layer)
+    layer = filled(layer)
     try:
         return Scenario.model_validate(layer.fields)
     except ValidationError as error:

@@ -21,9 +21,11 @@ MAX_AGENTS = 64  # the agents that have hit a track are the bits of one integer
 def agent_problems(scenario: Scenario) -> list[Problem]:
     """What is wrong with the number of agents, or with what their differences make of FOV and sensor."""
     if not 1 <= scenario.n_agents <= MAX_AGENTS:
-        field = "team" if scenario.agents is None else "agents"
-        text = f"there are {scenario.n_agents} agents; expected 1 to {MAX_AGENTS}"
-        return [Problem((field,), MISSING, text)]
+        at: Location = ("team", "n_benign") if scenario.agents is None else ("agents",)
+        value = scenario.team.n_benign if scenario.agents is None else MISSING
+        return [
+            Problem(at, value, f"there are {scenario.n_agents} agents; expected 1 to {MAX_AGENTS} in all")
+        ]
     found: list[Problem] = []
     for k, entry in enumerate(scenario.agents or ()):
         found += _unresolved(scenario.fov_of, entry, Fov, ("agents", k, "fov"))

@@ -74,8 +74,12 @@ def dotted(location: Location) -> str:
 
 def shown(value: object) -> str:
     """A value as it may stand in a message, cut where it gets long."""
-    text = "null" if value is None else repr(value)
+    text = "null" if value is None else repr(_as_written(value))
     return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+def _as_written(value: object) -> object:
+    return [_as_written(v) for v in value] if isinstance(value, (list, tuple)) else value
 
 
 def problems_of(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
@@ -114,6 +118,7 @@ _EXPECTED = {
     "string_type": "text",
     "tuple_type": "a list",
     "model_type": "a mapping of fields",
+    "invalid_key": "the name of a field",
 }
 
 

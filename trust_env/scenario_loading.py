@@ -12,7 +12,7 @@ from typing import Any
 
 from trust_env.errors import unknown_name
 from trust_env.scenario_errors import Location, Origins, Problem, ScenarioError
-from trust_env.scenario_overrides import Layer, absolute_data, merged, override, plain
+from trust_env.scenario_overrides import Layer, absolute_data, over, override, places, plain
 from trust_env.scenario_yaml import read_yaml
 from trust_env.spec import parse
 
@@ -34,7 +34,8 @@ def defaults() -> Mapping[str, Any]:
 def read_source(source: str | Path | Mapping[str, Any]) -> Layer:
     """All fields of a source, as written: neither checked nor filled from a recording."""
     if isinstance(source, Mapping):
-        return _over_base(plain(source), Origins("mapping"), Path.cwd(), ())
+        fields = plain(source)
+        return _over_base(fields, Origins("mapping", places(fields, "mapping")), Path.cwd(), ())
     if isinstance(source, (str, Path)):
         return _named(str(source), Path.cwd(), ())
     raise ScenarioError([f"{source!r}: expected a scenario's name, a path ending in .yaml or a mapping"])
@@ -98,16 +99,4 @@ def _over_base(fields: dict[str, Any], origins: Origins, folder: Path, chain: tu
     except ScenarioError as fault:
         raise ScenarioError(f"{origins.place(('base',))}: base: {text}" for text in fault.problems) from None
     absolute_data(fields, folder)
-    places = {at: place for at, place in below.origins.places.items() if not _hidden(at, fields)}
-    return Layer(merged(below.fields, fields), Origins(origins.source, places | origins.places))
-
-
-def _hidden(location: Location, fields: Any) -> bool:
-    """Whether what `fields` say replaces the base's value at a location."""
-    for part in location:
-        if not isinstance(fields, Mapping):
-            return True
-        if part not in fields:
-            return False
-        fields = fields[part]
-    return not isinstance(fields, Mapping)
+    return over(below, fields, origins)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from trust_env.errors import nearest
-from trust_env.scenario_errors import Origins, ScenarioError, shown
+from trust_env.scenario_errors import Location, Origins, Problem, ScenarioError, shown
 
 
 @dataclass(frozen=True)
@@ -55,21 +55,48 @@ def plain(value: Any) -> Any:
 
 def override(layer: Layer, overrides: Mapping[str, Any], defaults: Mapping[str, Any]) -> Layer:
     """Set fields by dotted path, or by a last name that fits one field only; `defaults` has every field."""
-    fields, places, problems = layer.fields, dict(layer.origins.places), []
+    changes: dict[str, Any] = {}
+    problems: list[str] = []
     for key, value in overrides.items():
         location = _location(key, plain(value), defaults)
         if isinstance(location, str):
             problems.append(f"{layer.origins.source}: {key} = {shown(value)} (override): {location}")
-            continue
-        change = plain(value)
-        for name in reversed(location):
-            change = {name: change}
-        absolute_data(change, Path.cwd())
-        fields = merged(fields, change)
-        places[location] = ("override", 0)
+        else:
+            _set(changes, location, plain(value))
     if problems:
         raise ScenarioError(problems)
-    return Layer(fields, Origins(layer.origins.source, places))
+    absolute_data(changes, Path.cwd())
+    return over(layer, changes, Origins(layer.origins.source, places(changes, "override")))
+
+
+def over(below: Layer, fields: dict[str, Any], origins: Origins) -> Layer:
+    """The layer of `fields`, written where `origins` says, over the one below."""
+    visible = {at: place for at, place in below.origins.places.items() if not _hidden(at, fields)}
+    return Layer(merged(below.fields, fields), Origins(origins.source, visible | origins.places))
+
+
+def places(fields: Any, source: str) -> dict[Location, tuple[str, int]]:
+    """A place for every field of a mapping that was written in no file."""
+    return {location: (source, 0) for location, _ in _walk(fields, ())}
+
+
+def _set(fields: dict[str, Any], location: tuple[str, ...], value: Any) -> None:
+    for name in location[:-1]:
+        if not isinstance(fields.get(name), dict):
+            fields[name] = {}
+        fields = fields[name]
+    fields[location[-1]] = value
+
+
+def _hidden(location: Location, fields: Any) -> bool:
+    """Whether what `fields` say replaces the value of the layer below at a location."""
+    for name in location:
+        if not isinstance(fields, Mapping):
+            return True
+        if name not in fields:
+            return False
+        fields = fields[name]
+    return not isinstance(fields, Mapping)
 
 
 def _location(key: str, value: Any, defaults: Mapping[str, Any]) -> tuple[str, ...] | str:
@@ -111,3 +138,31 @@ def _meant(key: str, known: Mapping[tuple[str, ...], Any]) -> str:
         if match
         else "expected a field of the scenario, such as tracker.gate"
     )
+
+
+_IDLE_WHEN = {
+    ("team", "n_adversaries"): ("agents",),
+    ("team", "n_benign"): ("agents",),
+    ("team", "order"): ("agents",),
+    ("targets", "slots"): ("targets", "positions"),
+    ("targets", "velocities"): ("targets", "data"),
+}
+
+
+def refuse_idle(layer: Layer) -> None:
+    """Refuse overrides that would change nothing, as the scenario says the same in another field."""
+    for location, other in _IDLE_WHEN.items():
+        overridden = layer.origins.places.get(location) == ("override", 0)
+        if (
+            overridden
+            and (value := _at(layer.fields, location)) is not None
+            and _at(layer.fields, other) is not None
+        ):
+            text = f"{'.'.join(other)} decides this here; override that, or make it null (None)"
+            raise layer.origins.error([Problem(location, value, text)])
+
+
+def _at(fields: Any, location: tuple[str, ...]) -> Any:
+    for name in location:
+        fields = fields.get(name) if isinstance(fields, Mapping) else None
+    return fields

@@ -20,6 +20,9 @@ _EXPONENT = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)[eE][-+]?[0-9]+$")
 _Loader.add_implicit_resolver("tag:yaml.org,2002:float", _EXPONENT, list("-+.0123456789"))
 
 
+_NAMES = ("tag:yaml.org,2002:str", "tag:yaml.org,2002:merge")
+
+
 class _Dumper(yaml.SafeDumper):
     def represent_values(self, values: list[Any]) -> yaml.Node:
         """Numbers and rows of numbers in one line; lists of mappings one below the other."""
@@ -70,6 +73,10 @@ def _lines(
         yield from _lines(value, (*at, key), file, (*above, node))
 
 
+def _found(node: yaml.Node) -> str:
+    return node.value if isinstance(node, yaml.ScalarNode) else "a list or a mapping"
+
+
 def _entries(node: yaml.Node, file: str) -> Iterator[tuple[str | int, int, yaml.Node]]:
     """Key, line and value of what is in a mapping or a list."""
     if isinstance(node, yaml.SequenceNode):
@@ -77,8 +84,11 @@ def _entries(node: yaml.Node, file: str) -> Iterator[tuple[str | int, int, yaml.
     elif isinstance(node, yaml.MappingNode):
         first: dict[str, int] = {}
         for key, value in node.value:
-            line = key.start_mark.line + 1
-            name = key.value if isinstance(key, yaml.ScalarNode) else "a key"
+            name, line = key.value, key.start_mark.line + 1
+            if key.tag not in _NAMES:
+                raise ScenarioError(
+                    [f"{file}, line {line}: expected the name of a field, found {_found(key)}"]
+                )
             if name in first:
                 text = f"{file}, line {line}: {name} is given twice (first in line {first[name]})"
                 raise ScenarioError([text])

@@ -113,7 +113,9 @@ def _of_node(node: ast.expr | None, source: str) -> Any:
             return tuple(_of_node(item, source) for item in items)
         case ast.Dict(keys, values):
             return {_key(k, source): _of_node(v, source) for k, v in zip(keys, values)}
-        case ast.Constant() | ast.UnaryOp(ast.UAdd() | ast.USub(), ast.Constant()):
+        case ast.Constant(value):
+            return _scalar(value)
+        case ast.UnaryOp(ast.UAdd() | ast.USub(), ast.Constant(value)) if type(value) in (int, float):
             return _scalar(ast.literal_eval(node))
     raise ValueError("expressions are not evaluated")
 
