@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 import math
 import pickle
 import subprocess
@@ -75,6 +76,19 @@ class TestBuiltIn:
         assert [i.agent for i in case2.injections] == [2, 2]
         assert case2.targets.positions is not None
         assert case2.targets.positions[1] == (1.3526702701183513, 1.283206876555528)
+
+    @pytest.mark.parametrize("name", ["case1", "case2"])
+    def test_the_cases_are_those_of_the_authors(self, name: str) -> None:
+        reference = json.loads((Path(__file__).parent / "reference" / "cdc2024_cases.json").read_text())
+        case, theirs = load_scenario(name), reference["cases"][f"{name}_no_prior"]
+        assert [list(case.agent(k).position or ()) for k in range(3)] == theirs["agent_positions"]
+        assert [list(p) for p in case.targets.positions or ()] == theirs["true_objects"]
+        injections = [{"agent": i.agent, "position": list(i.position)} for i in case.injections]
+        assert injections == theirs["false_positives"]
+        assert {i.agent for i in case.injections} == {k for k, r in enumerate(case.roles) if r == "adversary"}
+        assert (case.fov.radius, case.dt, case.horizon) == tuple(
+            reference[key] for key in ("fov_radius", "dt", "frames")
+        )
 
     def test_false_positives_of_the_cases_lie_in_their_agents_fov(self) -> None:
         for case in (load_scenario("case1"), load_scenario("case2")):
