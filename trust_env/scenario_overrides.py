@@ -122,22 +122,16 @@ def _walk(fields: Mapping[str, Any], above: tuple[str, ...]) -> Iterator[tuple[t
 
 
 def _same_kind(value: Any, default: Any) -> bool:
-    kinds = (str, (int, float), (list, tuple), Mapping)
-    return (
-        value is None
-        or default is None
-        or any(isinstance(v, k) for k in kinds for v in [value] if isinstance(default, k))
-    )
+    kinds = [kind for kind in (str, (int, float), (list, tuple), Mapping) if isinstance(default, kind)]
+    return value is None or not kinds or isinstance(value, kinds[0])
 
 
 def _meant(key: str, known: Mapping[tuple[str, ...], Any]) -> str:
     full = {name: ".".join(location) for location in known for name in (location[-1], ".".join(location))}
     match = nearest(key, full)
-    return (
-        f"did you mean {full[match]!r}?"
-        if match
-        else "expected a field of the scenario, such as tracker.gate"
-    )
+    if match is None:
+        return "expected a field of the scenario, such as tracker.gate"
+    return f"did you mean {full[match]!r}?"
 
 
 _IDLE_WHEN = {
@@ -153,11 +147,8 @@ def refuse_idle(layer: Layer) -> None:
     """Refuse overrides that would change nothing, as the scenario says the same in another field."""
     for location, other in _IDLE_WHEN.items():
         overridden = layer.origins.places.get(location) == ("override", 0)
-        if (
-            overridden
-            and (value := _at(layer.fields, location)) is not None
-            and _at(layer.fields, other) is not None
-        ):
+        value, decided = _at(layer.fields, location), _at(layer.fields, other) is not None
+        if overridden and decided and value is not None:
             text = f"{'.'.join(other)} decides this here; override that, or make it null (None)"
             raise layer.origins.error([Problem(location, value, text)])
 
