@@ -13,14 +13,12 @@ from __future__ import annotations
 import contextlib
 import io
 import time
-import traceback
 import warnings
 from collections.abc import Callable, Collection, Iterator
-from pathlib import Path
 from typing import Any
 
 from trust_env.conformance import continuation, contract, determinism, pettingzoo_tests, resources
-from trust_env.conformance.report import Check, Failed, Report, Result, Skipped
+from trust_env.conformance.report import Check, Failed, Report, Result, Skipped, described
 from trust_env.conformance.rollout import Env, PolicyFactory, random_policy
 from trust_env.conformance.subject import Subject
 
@@ -95,14 +93,7 @@ def _judge(name: str, run: Check, subject: Subject) -> Result:
     except Failed as fault:
         status, detail = "failed", str(fault)
     except Exception as error:
-        status, detail = "failed", _where(error)
+        status, detail = "failed", described(error)
     finally:
         subject.close_environments()
     return Result(name, status, detail, time.perf_counter() - started)
-
-
-def _where(error: Exception) -> str:
-    """The exception and the place that raised it; of a bare assert, which says nothing, the line itself."""
-    place = traceback.extract_tb(error.__traceback__)[-1]
-    said = str(error) or place.line or ""
-    return f"{type(error).__name__}: {said} ({Path(place.filename).name}:{place.lineno}, {place.name})"

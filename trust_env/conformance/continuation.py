@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from trust_env.conformance.difference import first_difference
-from trust_env.conformance.report import Check, Failed, Skipped
+from trust_env.conformance.report import Check, Failed, Skipped, described
 from trust_env.conformance.rollout import Env, Frame, advance, begin, replay
 from trust_env.conformance.subject import Subject
 
@@ -31,7 +31,7 @@ def _check_twin(subject: Subject, duplicate: Callable[[Env], Env], twins: str) -
         of_twin, next_of_twin = _rest(subject, twin), _next_episode(subject, twin)
     except Exception as error:
         fault = f"taken at frame {_middle(subject)}, {twins} fails"
-        raise Failed(f"{fault}: {type(error).__name__}: {error}") from error
+        raise Failed(f"{fault}: {described(error)}") from error
     of_env, next_of_env = _rest(subject, env), _next_episode(subject, env)
     if subject.failed("whole_episode_determinism"):  # the reference is another episode then
         _compare(subject, of_env, of_twin, ("the original", twins), "they part")

@@ -11,42 +11,54 @@ from gymnasium import spaces
 
 from trust_env.conformance.difference import difference
 from trust_env.conformance.report import Check, Failed
-from trust_env.conformance.rollout import replay
+from trust_env.conformance.rollout import Env, Frame, advance, begin, replay
 from trust_env.conformance.subject import Subject
 
 
-def spaces_are_stable(subject: Subject) -> str | None:
+def spaces_are_stable(subject: Subject) -> None:
     """The same space object at each call: libraries seed it once and sample it ever after."""
     env = subject.env()
-    if not hasattr(env, "possible_agents"):  # made up as the episode goes
-        env.reset(seed=subject.seed)
-    agents = list(getattr(env, "possible_agents", None) or env.agents)
-    kinds = ("observation_space", "action_space")
-    found = {(kind, agent): getattr(env, kind)(agent) for agent in agents for kind in kinds}
+    declared = hasattr(env, "possible_agents")  # else agents, and their spaces, are made up at each reset
+    found = _spaces(env, env.possible_agents) if declared else {}
     env.reset(seed=subject.seed)
-    for moment in ("after reset", "after a step"):
-        for (kind, agent), space in found.items():
-            if not isinstance(space, spaces.Space):
-                raise Failed(f"{kind}({agent!r}) is a {type(space).__name__}, not a gymnasium.spaces.Space")
-            if getattr(env, kind)(agent) is not space:
-                raise Failed(f"{kind}({agent!r}) {moment} is another object than before")
-        if moment == "after reset" and len(subject.reference) > 1:
-            env.step(copy.deepcopy(subject.reference[1].actions))
-    return None
+    found = found or _spaces(env, env.agents)
+    _compare_spaces(env, found, "after reset")
+    if len(subject.reference) > 1:
+        env.step(copy.deepcopy(subject.reference[1].actions))
+        _compare_spaces(env, found, "after a step")
+
+
+def _spaces(env: Env, agents: list[Any]) -> dict[tuple[str, Any], Any]:
+    kinds = ("observation_space", "action_space")
+    return {(kind, agent): getattr(env, kind)(agent) for agent in agents for kind in kinds}
+
+
+def _compare_spaces(env: Env, found: dict[tuple[str, Any], Any], moment: str) -> None:
+    for (kind, agent), space in found.items():
+        if not isinstance(space, spaces.Space):
+            raise Failed(f"{kind}({agent!r}) is a {type(space).__name__}, not a gymnasium.spaces.Space")
+        if getattr(env, kind)(agent) is not space:
+            raise Failed(f"{kind}({agent!r}) {moment} is another object than before")
 
 
 def observations_in_space(subject: Subject) -> str:
     """Each observation lies in the agent's space and has its very dtype, NumPy's casts not allowed for."""
     env = subject.env()
-    for frame in subject.reference:
-        for agent in frame.agents + [a for a in frame.terminations if a not in frame.agents]:
-            where = f"frame {frame.number}, observation of {agent}"
-            if agent not in frame.observations:
-                raise Failed(f"{where}: missing")
-            fault = _outside(env.observation_space(agent), frame.observations[agent])
-            if fault:
-                raise Failed(where + fault)
+    first = begin(env, subject.seed)
+    _look_at_observations(env, first)
+    for frame in advance(env, first, subject.make_policy(env, subject.seed), len(subject.reference) - 1):
+        _look_at_observations(env, frame)
     return subject.extent
+
+
+def _look_at_observations(env: Env, frame: Frame) -> None:
+    for agent in dict.fromkeys([*frame.agents, *frame.terminations]):
+        where = f"frame {frame.number}, observation of {agent}"
+        if agent not in frame.observations:
+            raise Failed(f"{where}: missing")
+        fault = _outside(env.observation_space(agent), frame.observations[agent])
+        if fault:
+            raise Failed(where + fault)
 
 
 def _outside(space: spaces.Space[Any], value: Any) -> str | None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
@@ -25,6 +27,13 @@ class Failed(Exception):
 
 class Skipped(Exception):
     """The environment lacks what the check is about; the text says what."""
+
+
+def described(error: Exception) -> str:
+    """The exception and the place that raised it; of a bare assert, which says nothing, the line itself."""
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    said = str(error) or place.line or ""
+    return f"{type(error).__name__}: {said} ({Path(place.filename).name}:{place.lineno}, {place.name})"
 
 
 @dataclass(frozen=True)

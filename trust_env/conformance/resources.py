@@ -32,31 +32,28 @@ def close_twice(subject: Subject) -> None:
 
 def memory(subject: Subject) -> str:
     """Memory stops growing after the first episodes: Python's, and the process's where that is readable."""
-    env = subject.env()
+    env, steps = subject.env(), _lap_steps(subject)  # timed before the tracing slows everything down
     with _tracing():
-        samples = [_sample(subject, env) for _ in range(WARM_LAPS + LAPS)][WARM_LAPS - 1 :]
+        samples = [_sample(subject, env, steps) for _ in range(WARM_LAPS + LAPS)][WARM_LAPS - 1 :]
     for index, (what, least) in enumerate((("Python", MIN_TRACED_BYTES), ("process", MIN_RESIDENT_BYTES))):
         sizes = [sample[index] for sample in samples]
         if sizes[-1] - sizes[0] > least and all(b > a for a, b in pairwise(sizes)):
             growth = ", ".join(f"{(b - a) / 1024:.1f}" for a, b in pairwise(sizes))
-            raise Failed(
-                f"{what} memory grows in each of {LAPS} laps of {_lap_steps(subject)} steps: {growth} KiB"
-            )
-    return f"{LAPS} laps of {_lap_steps(subject)} steps"
+            raise Failed(f"{what} memory grows in each of {LAPS} laps of {steps} steps: {growth} KiB")
+    return f"{LAPS} laps of {steps} steps"
 
 
-def _sample(subject: Subject, env: Env) -> tuple[int, int]:
+def _sample(subject: Subject, env: Env, steps: int) -> tuple[int, int]:
     """Bytes in use after another lap: Python's, and the process's (0 where the system does not tell)."""
-    _play_a_lap(subject, env)
+    _play_a_lap(subject, env, steps)
     gc.collect()
     statm = Path("/proc/self/statm")
     resident = int(statm.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") if statm.exists() else 0
     return tracemalloc.get_traced_memory()[0], resident
 
 
-def _play_a_lap(subject: Subject, env: Env) -> None:
+def _play_a_lap(subject: Subject, env: Env, left: int) -> None:
     """Whole episodes, one after the other, until the steps are spent."""
-    left = _lap_steps(subject)
     while left > 0:
         frame, policy = begin(env, subject.seed), subject.make_policy(env, subject.seed)
         left -= 1  # an episode without any step must not go on for ever

@@ -1,0 +1,102 @@
+"""What a frame tells about tracks and agents: who was expected to see a track, who detected it, who holds it.
+
+Judged against each track's mean and covariance after all updates of the frame.
+"""
+
+from __future__ import annotations
+
+import math
+
+from trust_env.core.association import NONE, most_pairs_then_least_cost
+from trust_env.core.fov import contains
+from trust_env.core.jit import compiled
+from trust_env.core.kalman import innovation_cov
+from trust_env.core.layout import (
+    F,
+    flags1,
+    flags2,
+    floats1,
+    floats2,
+    floats3,
+    ints1,
+    ints2,
+    real,
+    shape0,
+    whole,
+)
+from trust_env.core.score import CONFIRMED
+from trust_env.core.tracker import EMPTY
+
+
+@compiled
+def gather_evidence(world):
+    """Fill `expected`, `detected` and `held` `[K, J]`."""
+    status = ints1(world, F.track_status)
+    expected, detected, held = flags2(world, F.expected), flags2(world, F.detected), flags2(world, F.held)
+    mean = floats2(world, F.track_mean)
+    for k in range(shape0(world, F.pose)):
+        for j in range(whole(world, F.columns)):
+            held[k, j] = False
+            expected[k, j] = status[j] != EMPTY and contains(world, k, mean[j, 0], mean[j, 1])
+            detected[k, j] = status[j] != EMPTY and _is_near(world, k, j)
+        _match_local_tracks(world, k)
+
+
+@compiled
+def _is_near(world, k, j):
+    """Whether any detection of agent k lies within the gate of the track, or within `near_distance` where that is set."""
+    mean = floats2(world, F.track_mean)[j]
+    points = floats3(world, F.reports)[k]
+    xx, xy, yy, det = innovation_cov(floats3(world, F.track_cov)[j], floats3(world, F.noise_cov)[k], 1.0)
+    gate, near = real(world, F.gate), real(world, F.near_distance)
+    limit = gate * det
+    for d in range(ints1(world, F.report_count)[k]):
+        dx, dy = points[d, 0] - mean[0], points[d, 1] - mean[1]
+        if yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy <= limit or dx * dx + dy * dy <= near * near:
+            return True
+    return False
+
+
+@compiled
+def _match_local_tracks(world, k):
+    """`held`: one-to-one assignment of confirmed central tracks to k's confirmed local tracks within `hold_distance`."""
+    start, pair_column, cost = (
+        ints1(world, F.pair_start),
+        ints1(world, F.pair_column),
+        floats1(world, F.pair_cost),
+    )
+    columns, local_status = ints1(world, F.listing), ints2(world, F.local_status)[k]
+    central, local = floats2(world, F.track_mean), floats3(world, F.local_mean)[k]
+    listed = list_confirmed(world)
+    reach, rows, pairs = real(world, F.hold_distance), 0, 0
+    for a in range(ints1(world, F.local_columns)[k]):
+        if local_status[a] != CONFIRMED:
+            continue
+        start[rows] = pairs
+        for c in range(listed):
+            dx, dy = local[a, 0] - central[columns[c], 0], local[a, 1] - central[columns[c], 1]
+            if abs(dx) <= reach and dx * dx + dy * dy <= reach * reach:
+                pair_column[pairs], cost[pairs] = c, math.sqrt(dx * dx + dy * dy)
+                pairs += 1
+        rows += 1
+    start[rows] = pairs
+    most_pairs_then_least_cost(world, rows, listed)
+    held, column_row = flags2(world, F.held), ints1(world, F.column_row)
+    for c in range(listed):
+        held[k, columns[c]] = column_row[c] != NONE
+
+
+@compiled
+def list_confirmed(world):
+    """List the columns of the confirmed tracks that are not about to be deleted in `listing`; returns how many."""
+    status, doomed, columns = (
+        ints1(world, F.track_status),
+        flags1(world, F.track_doomed),
+        ints1(world, F.listing),
+    )
+    listed = 0
+    for j in range(whole(world, F.columns)):
+        if status[j] == CONFIRMED and not doomed[j]:
+            columns[listed] = j
+            listed += 1
+    return listed

@@ -1,0 +1,231 @@
+"""Where everything lies in memory.
+
+A world is one row of bytes, `rows[W, row_bytes]`; what all worlds share is one more buffer, `params`, and what a frame scribbles on
+is a third, `scratch` (one per thread). Kernels receive a `World`, four addresses, and cut typed array views out of it by field:
+
+    mean = floats2(world, F.track_mean)    # [J, 4]
+
+A view costs a few additions, so every kernel starts with the list of the arrays it touches. Copying a row copies a world.
+The letters in the shapes are those of the documentation: K agents, N targets, D detections of an agent, J central tracks, L local tracks,
+M injection slots, A action entries, O observation entries, V polygon vertices, T recorded frames, H frames of a defense's memory.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections import namedtuple
+from collections.abc import Mapping
+from typing import Any
+
+import numba
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+from numba.np.arrayobj import make_array, populate_array
+
+from trust_env.core.jit import compiled
+
+ROW, PARAMS, SCRATCH = 0, 1, 2
+
+PARAM_FIELDS = {
+    # limits and switches                                     the codes are those of `params.py`
+    "horizon": "i8", "knowledge": "i8", "shared": "i8", "actuation": "i8", "full_evidence": "i8",
+    "confirmation": "i8", "confirm_m": "i8", "confirm_n": "i8", "confirm_hits": "i8", "deletion": "i8", "max_unseen": "i8",
+    "target_source": "i8", "defense": "i8",
+    # targets
+    "area": "f8 4", "speed": "f8 2", "initial_probability": "f8", "birth_rate": "f8", "death_rate": "f8", "target_noise": "f8",
+    "start_state": "f8 N 4", "record": "f8 T N 4", "placement": "i8", "spread": "f8",
+    # agents: sensing, threat model
+    "role": "i8 K", "start_pose": "f8 K 3", "pose_drawn": "b1 K", "fov_type": "i8 K", "fov_radius": "f8 K", "fov_heading": "f8 K",
+    "fov_half_width": "f8 K", "fov_vertices": "f8 K V 2", "fov_sides": "i8 K", "clutter_mean": "f8 K", "p_detect": "f8 K",
+    "noise_cov": "f8 K 2 2", "noise_chol": "f8 K 2 2", "injection_budget": "i8 K", "suppression_budget": "i8 K",
+    # what the tracker believes
+    "initial_score": "f8 K", "hit_constant": "f8 K", "miss_gain": "f8 K", "process_noise": "f8", "velocity_variance": "f8",
+    "gate": "f8", "confirm_threshold": "f8", "delete_threshold": "f8", "confirmed_drop": "f8", "tentative_drop": "f8",
+    # evidence, metrics, rewards, observations
+    "near_distance": "f8", "hold_distance": "f8", "match_distance": "f8", "cutoff": "f8", "order": "f8",
+    "reward_false_track": "f8", "reward_missing_target": "f8", "reward_lost_trust": "f8",
+    "extent_centre": "f8 2", "extent_half": "f8", "speed_scale": "f8", "observation_offset": "i8 32",
+    # defenses
+    "defense_params": "f8 32", "agent_prior": "f8 K 2",
+}  # fmt: skip
+
+_TRACKER = {
+    "id": "i8", "status": "i8", "mean": "f8 4", "cov": "f8 4 4", "score": "f8", "initial": "f8", "peak": "f8", "age": "i8", "unseen": "i8",
+    "hits": "i8", "window": "i8", "hit_now": "b1", "doomed": "b1",
+}  # fmt: skip
+
+
+def _tracker_fields(prefix: str, axes: str) -> dict[str, str]:
+    return {
+        f"{prefix}_{name}": " ".join([*kind.split()[:1], axes, *kind.split()[1:]])
+        for name, kind in _TRACKER.items()
+    }
+
+
+ROW_FIELDS = {
+    # which world this is
+    "seed": "i8", "world_id": "i8", "episode": "i8", "frame": "i8", "active": "i8", "dt": "f8",
+    # agents and targets
+    "pose": "f8 K 3", "fov_box": "f8 K 4", "target_alive": "b1 N", "target_state": "f8 N 4", "judged_alive": "b1 N", "judged_state": "f8 N 4",
+    "judged_visible": "b1 N", "judged_confirmed": "b1 J",
+    # detections as sensed (raw) and as reported
+    "raw_count": "i8 K", "raw_detections": "f8 K D 2", "raw_origin": "i8 K D",
+    "report_count": "i8 K", "reports": "f8 K D 2", "report_origin": "i8 K D", "overflow": "i8 4",
+    # trackers: the central one and one per agent
+    "columns": "i8", "next_id": "i8", **_tracker_fields("track", "J"), "track_injected_hits": "i8 J",
+    "local_columns": "i8 K", "local_next_id": "i8 K", **_tracker_fields("local", "K L"),
+    # evidence
+    "expected": "b1 K J", "detected": "b1 K J", "held": "b1 K J", "assignment": "i8 K D", "agent_score": "f8 K J",
+    "innovation": "f8 K J 2", "innovation_cov": "f8 K J 2 2", "distance2": "f8 K J",
+    # verdict and picture
+    "track_trust": "f8 J", "track_trust_var": "f8 J", "agent_trust": "f8 K", "agent_trust_var": "f8 K", "publish": "b1 J",
+    "keep": "b1 J", "agent_weight": "f8 K", "published": "b1 J", "last_agent_trust": "f8 K",
+    # what built-in defenses remember
+    "belief_id": "i8 J", "track_belief": "f8 J 2", "agent_belief": "f8 K 2", "fov_run": "i8 K J", "vote": "f8 H J", "agreement": "f8 H K 2",
+    # outcome of the frame
+    "track_target": "i8 J", "track_label": "i8 J", "track_injected": "b1 J", "metrics": "f8 8", "reward": "f8 K",
+    # the players' side
+    "action": "f8 K A", "observation": "f4 K O",
+}  # fmt: skip
+
+SCRATCH_FIELDS = {
+    "pair_start": "i8 R+1", "pair_column": "i8 P", "pair_cost": "f8 P", "row_column": "i8 R", "column_row": "i8 C", "column_degree": "i8 C",
+    "row_potential": "f8 R", "column_potential": "f8 C", "path_cost": "f8 C", "path_row": "i8 C", "touched": "i8 C", "done": "b1 C",
+    "scan_inverse": "f8 C 4", "scan_columns": "i8 C", "scan_gain": "f8 C", "rank": "f8 D", "scan_assignment": "i8 R", "listing": "i8 C", "estimates": "f8 R 2", "truths": "f8 C 2",
+}  # fmt: skip
+
+METRICS = (
+    "false_tracks",
+    "injected_tracks",
+    "missing_targets",
+    "visible_targets",
+    "published_tracks",
+    "gospa",
+    "ospa",
+    "gospa_localisation",
+)
+
+_ALL = [
+    (name, kind, buffer)
+    for buffer, fields in ((ROW, ROW_FIELDS), (PARAMS, PARAM_FIELDS), (SCRATCH, SCRATCH_FIELDS))
+    for name, kind in fields.items()
+]
+_NAMES: Any = [name for name, _, _ in _ALL]
+Fields: Any = namedtuple("Fields", _NAMES)
+F = Fields(*range(len(_NAMES)))
+N_FIELDS = len(_NAMES)
+
+World = namedtuple("World", "row params scratch layout")  # addresses
+
+
+def _shape(kind: str, dims: Mapping[str, int]) -> tuple[int, ...]:
+    shape = []
+    for axis in kind.split()[1:]:
+        letter, _, extra = axis.partition("+")
+        shape.append((int(letter) if letter.isdigit() else dims[letter]) + int(extra or 0))
+    return tuple(shape)
+
+
+class Layout:
+    """Offsets of every field for given dimensions.
+
+    `table[N_FIELDS, 6]`: buffer, byte offset, and the shape padded with ones, as kernels read it.
+    """
+
+    def __init__(self, dims: Mapping[str, int]):
+        self.dims = dict(dims)
+        self.table = np.zeros((N_FIELDS, 6), dtype=np.int64)
+        self.kinds: dict[str, tuple[int, int, np.dtype, tuple[int, ...]]] = {}
+        sizes = [0, 0, 0]
+        for index, (name, kind, buffer) in enumerate(_ALL):
+            dtype, shape = np.dtype(kind.split()[0]), _shape(kind, dims)
+            padded = (*shape, 1, 1, 1, 1)[:4]
+            self.table[index] = (buffer, sizes[buffer], *padded)
+            self.kinds[name] = (buffer, sizes[buffer], dtype, shape)
+            sizes[buffer] += -(-int(np.prod(shape, dtype=np.int64)) * dtype.itemsize // 8) * 8
+        self.row_bytes, self.param_bytes, self.scratch_bytes = (-(-max(s, 8) // 64) * 64 for s in sizes)
+
+    def view(self, buffer: np.ndarray, name: str) -> np.ndarray:
+        """The live NumPy view of a field in `buffer[bytes]`, or with a leading W in `buffer[W, bytes]`."""
+        _, offset, dtype, shape = self.kinds[name]
+        strides = [
+            dtype.itemsize * int(np.prod(shape[axis + 1 :], dtype=np.int64)) for axis in range(len(shape))
+        ]
+        lead = buffer.shape[:-1]
+        return np.ndarray(lead + shape, dtype, buffer.data, offset, (*buffer.strides[:-1], *strides))
+
+
+# --- cutting views inside kernels ---------------------------------------------------------------------------------------------
+
+
+def _view_in_kernel(dtype: Any, ndim: int) -> Any:
+    """An intrinsic `(world, field) -> array`: the view is built in registers, without a call and without reference counts."""
+    array_type = types.Array(numba.from_dtype(np.dtype(dtype)), ndim, "C")
+
+    def codegen(context, builder, signature, args):
+        word = ir.IntType(64)
+        world, field = args
+        row, params, scratch, layout = (builder.extract_value(world, i) for i in range(4))
+        entry = builder.gep(builder.inttoptr(layout, word.as_pointer()), [builder.mul(field, word(6))])
+        buffer, offset, *shape = (builder.load(builder.gep(entry, [word(i)])) for i in range(2 + ndim))
+        is_row, is_params = (builder.icmp_signed("==", buffer, word(code)) for code in (ROW, PARAMS))
+        base = builder.select(is_row, row, builder.select(is_params, params, scratch))
+        itemsize = word(np.dtype(dtype).itemsize)
+        strides = [itemsize]
+        for length in reversed(shape[1:]):
+            strides.insert(0, builder.mul(strides[0], length))
+        array = make_array(array_type)(context, builder)
+        data = builder.inttoptr(builder.add(base, offset), context.get_data_type(array_type.dtype).as_pointer())
+        populate_array(array, data=data, shape=shape, strides=strides, itemsize=itemsize, meminfo=None)
+        return array._getvalue()
+
+    def view(typingctx, world, field):
+        return array_type(types.NamedUniTuple(types.int64, 4, World), types.int64), codegen
+
+    return intrinsic(view)
+
+
+def _view_in_python(dtype: Any, ndim: int) -> Any:
+    """The same without the compiler (NUMBA_DISABLE_JIT=1)."""
+
+    def view(world, field):
+        entry = np.frombuffer((ctypes.c_int64 * (6 * N_FIELDS)).from_address(int(world.layout)), np.int64).reshape(-1, 6)[field]
+        shape, base = entry[2 : 2 + ndim], world[entry[0]]
+        size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+        return np.frombuffer((ctypes.c_char * size).from_address(int(base + entry[1])), dtype).reshape(shape)
+
+    return view
+
+
+_view = _view_in_python if numba.config.DISABLE_JIT else _view_in_kernel  # pyright: ignore[reportAttributeAccessIssue]
+floats1, floats2, floats3, floats4 = (_view(np.float64, ndim) for ndim in (1, 2, 3, 4))
+ints1, ints2 = (_view(np.int64, ndim) for ndim in (1, 2))
+flags1, flags2 = (_view(np.bool_, ndim) for ndim in (1, 2))
+singles2 = _view(np.float32, 2)
+bytes1, bytes2 = (_view(np.uint8, ndim) for ndim in (1, 2))  # for their shapes
+
+
+@compiled
+def real(world, field):
+    """A float scalar."""
+    return floats1(world, field)[0]
+
+
+@compiled
+def whole(world, field):
+    """An integer scalar."""
+    return ints1(world, field)[0]
+
+
+@compiled
+def shape0(world, field):
+    """Length of a field's first axis."""
+    return bytes1(world, field).shape[0]
+
+
+@compiled
+def shape1(world, field):
+    """Length of a field's second axis."""
+    return bytes2(world, field).shape[1]

@@ -1,0 +1,60 @@
+"""Defenses: they turn a frame's evidence into a verdict. One file per defense; this is the registry, and how a defense is named."""
+
+from __future__ import annotations
+
+import sys
+from types import ModuleType
+from typing import Any
+
+from trust_env.defenses.majority import Majority
+from trust_env.defenses.score import Score
+from trust_env.defenses.trust import Trust
+from trust_env.defenses.verdict import BuiltIn, Defense, Evidence, Shape, Verdict, fits_publication
+from trust_env.errors import unknown_name
+from trust_env.spec import load_object, parse
+
+DEFENSES: dict[str, type[BuiltIn]] = {"score": Score, "trust": Trust, "majority": Majority}
+
+__all__ = [
+    "DEFENSES",
+    "BuiltIn",
+    "Defense",
+    "Evidence",
+    "Shape",
+    "Verdict",
+    "build_defense",
+    "fits_publication",
+]
+
+
+def build_defense(defense: Any) -> BuiltIn | Defense:
+    """A defense from its name (`trust(preset=cdc2024)`, `my_file.py:MyDefense(window=9)`) or from an object with `reset` and `update`.
+
+    Raises ValueError for an unknown name or parameter, TypeError for something that is no defense.
+    """
+    if isinstance(defense, str):
+        spec = parse(defense)
+        if spec.path is None and spec.name not in DEFENSES:
+            raise unknown_name("defense", spec.name, DEFENSES)
+        make = load_object(spec) if spec.path is not None else DEFENSES[spec.name]
+        try:
+            defense = make(**spec.params)
+        except TypeError as error:
+            raise ValueError(f"defense {defense!r}: {error}") from error
+    if isinstance(defense, BuiltIn) or (
+        hasattr(defense, "reset") and hasattr(defense, "update") and not isinstance(defense, type)
+    ):
+        return defense
+    raise TypeError(
+        f"a defense is a name, or an object with `reset(shape, worlds)` and `update(evidence)`; got {defense!r}"
+    )
+
+
+class _Registry(ModuleType):
+    """This module can be called: `trust_env.defenses()` lists what is built in."""
+
+    def __call__(self) -> tuple[str, ...]:
+        return tuple(DEFENSES)
+
+
+sys.modules[__name__].__class__ = _Registry

@@ -1,0 +1,13 @@
+"""`score`: the track score alone. Every confirmed track is believed; what the paper shows to be vulnerable."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from trust_env.defenses.verdict import BuiltIn
+
+
+class Score(BuiltIn):
+    """The track score alone (Hallyburton & Pajic 2024, Sec. III): no opinion on tracks or agents."""
+
+    code: ClassVar[int] = 0

@@ -1,0 +1,112 @@
+"""The engine: the stages of a frame chained into one kernel, run over a range of worlds.
+
+Every face of the product, the PettingZoo environment, the batch, the fusion centre on recorded detections and the replay of evidence, calls this
+kernel with the stages that it needs.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from trust_env.core.frame import delete_tracks, edit_and_track, move_and_sense, start_episode, track
+from trust_env.core.jit import Entry, compiled
+from trust_env.core.layout import F, World, flags1, floats1, ints1, whole
+from trust_env.core.outcome import REMOVE, WEIGHT, publish_picture, score_picture
+from trust_env.core.score import CONFIRMED
+from trust_env.core.sensing import locate_fovs
+from trust_env.core.tracker import central_tracker, drop_track
+from trust_env.defenses.majority import judge_majority, reset_majority
+from trust_env.defenses.trust import judge_trust, reset_trust
+from trust_env.defenses.verdict import clear_verdict
+from trust_env.observation import observe
+from trust_env.reward import pay
+
+START, EDIT_AND_TRACK, TRACK, JUDGE, PUBLISH, SCORE, MOVE, OBSERVE = (1 << bit for bit in range(8))
+RESET = START | OBSERVE
+STEP = EDIT_AND_TRACK | JUDGE | PUBLISH | SCORE | MOVE | OBSERVE
+TRUST_CODE, MAJORITY_CODE = 1, 2
+
+
+@compiled
+def _start(world):
+    start_episode(world)
+    if whole(world, F.defense) == TRUST_CODE:
+        reset_trust(world)
+    elif whole(world, F.defense) == MAJORITY_CODE:
+        reset_majority(world)
+    clear_verdict(world)
+    publish_picture(world)
+    for k in range(floats1(world, F.last_agent_trust).shape[0]):
+        floats1(world, F.last_agent_trust)[k] = np.nan
+        floats1(world, F.reward)[k] = 0.0
+    for m in range(floats1(world, F.metrics).shape[0]):
+        floats1(world, F.metrics)[m] = 0.0
+
+
+@compiled
+def _judge(world):
+    """Step 3, for the built-in defenses."""
+    clear_verdict(world)
+    if whole(world, F.defense) == TRUST_CODE:
+        judge_trust(world)
+    elif whole(world, F.defense) == MAJORITY_CODE:
+        judge_majority(world)
+    trust, weight = floats1(world, F.agent_trust), floats1(world, F.agent_weight)
+    for k in range(trust.shape[0]):
+        weight[k] = 1.0 if np.isnan(trust[k]) else trust[k]
+
+
+@compiled
+def _publish(world):
+    """The verdict takes effect: deletions, the picture; `remove` and `weight` act on the next frame only."""
+    delete_tracks(world)
+    publish_picture(world)
+    if whole(world, F.actuation) != WEIGHT:
+        weight = floats1(world, F.agent_weight)
+        for k in range(weight.shape[0]):
+            weight[k] = 1.0
+
+
+@compiled
+def _remove_distrusted(world):
+    """`remove`: confirmed tracks that are not fit for publication leave the tracker, after the frame has been scored."""
+    central, publish = central_tracker(world), flags1(world, F.publish)
+    for j in range(central.columns[0] - 1, -1, -1):
+        if central.status[j] == CONFIRMED and not publish[j]:
+            drop_track(central, j)
+
+
+@compiled
+def advance_world(world, stages):
+    """Run the given stages of one frame, in order."""
+    if stages & START:
+        _start(world)
+    if stages & EDIT_AND_TRACK:
+        edit_and_track(world)
+    if stages & TRACK:
+        locate_fovs(world)
+        track(world)
+    if stages & JUDGE:
+        _judge(world)
+    if stages & PUBLISH:
+        _publish(world)
+    if stages & SCORE:
+        score_picture(world)
+        pay(world)
+    if stages & PUBLISH and whole(world, F.actuation) == REMOVE:
+        _remove_distrusted(world)
+    if stages & MOVE:
+        move_and_sense(world)
+    if stages & OBSERVE:
+        observe(world)
+
+
+def _advance(rows, params, scratch, layout, first, last, stages):
+    for w in range(first, last):
+        world = World(np.int64(rows[w].ctypes.data), np.int64(params.ctypes.data), np.int64(scratch.ctypes.data), np.int64(layout.ctypes.data))
+        if ints1(world, F.active)[0] != 0:
+            advance_world(world, stages)
+
+
+advance = Entry(_advance)
+"""advance(rows uint8[W, ·], params uint8[·], scratch uint8[·], layout int64[·, 6], first, last, stages): worlds first to last - 1."""

@@ -1,0 +1,296 @@
+"""The PettingZoo face: one world, dicts in, dicts out."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import gymnasium
+import numpy as np
+from gymnasium.spaces import Box
+from pettingzoo import AECEnv, ParallelEnv
+from pettingzoo.utils import wrappers
+from pettingzoo.utils.conversions import parallel_to_aec
+
+from trust_env.core.layout import METRICS
+from trust_env.errors import unknown_name
+from trust_env.packing import action_size
+from trust_env.state import StateTable
+from trust_env.worlds import Arrays, Worlds, checked_seed
+
+INFO_KEYS = METRICS[:5]
+
+
+class TrustEnv(ParallelEnv):
+    """One world as a PettingZoo parallel environment.
+
+    scenario: a name, `patrol(horizon=50)`, a YAML file, a mapping or a Scenario; defense: a name, `trust(preset=cdc2024)`, `my_file.py:MyDefense(window=9)`
+    or an object with `reset` and `update`; render_mode: None, "rgb_array", "human" or "ansi"; max_cycles overrides the scenario's horizon (frames).
+
+    Agents act at once; all leave together, by truncation, at the horizon. Actions and observations: `trust_env.action`, `observation_table`.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {
+        "name": "trust_env_v0",
+        "render_modes": ["human", "rgb_array", "ansi"],
+        "render_fps": 10,
+        "is_parallelizable": True,
+    }
+
+    def __init__(
+        self,
+        scenario: Any = "patrol",
+        defense: Any = "trust",
+        render_mode: str | None = None,
+        max_cycles: int | None = None,
+    ):
+        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
+            raise unknown_name("render mode", render_mode, self.metadata["render_modes"])
+        self.render_mode = render_mode
+        self.worlds = Worlds(scenario, defense, 1, horizon=max_cycles)
+        self.scenario, self.max_cycles = self.worlds.scenario, self.worlds.horizon
+        self.possible_agents = list(self.scenario.agent_names)
+        self.agents: list[str] = []
+        size, actions = self.worlds.pack.observation.size, action_size(self.scenario)
+        self._observation_spaces = {a: Box(-1.0, 1.0, (size,), np.float32) for a in self.possible_agents}
+        self._action_spaces = {a: Box(-1.0, 1.0, (actions,), np.float32) for a in self.possible_agents}
+        self.state_table = StateTable(self.worlds)
+        self.state_space = Box(-1.0, 1.0, (self.state_table.size,), np.float32)
+        self._started = False
+        self._renderer: Any = None
+        self._bind()
+
+    def _bind(self) -> None:
+        """Views that a step needs, cut once."""
+        arrays = self.worlds.arrays
+        self._action, self._observation = arrays.action[0], arrays.observation[0]
+        self._reward, self._metrics, self._frame = (
+            arrays.reward[0],
+            arrays.metrics[0, : len(INFO_KEYS)],
+            arrays.frame[0],
+        )
+        self._staged = np.zeros_like(self._action)
+        self._staged_rows = list(self._staged)
+        self._flat, self._zeros = self._staged.reshape(-1), np.zeros(self._staged.size)
+
+    @property
+    def arrays(self) -> Arrays:
+        """Live views of everything in the world, with a leading axis of length 1."""
+        return self.worlds.arrays
+
+    @property
+    def observation_table(self):
+        """Names, slices, shapes and units of the observation's fields."""
+        return self.worlds.pack.observation
+
+    def observation_space(self, agent: str) -> Box:
+        return self._observation_spaces[agent]
+
+    def action_space(self, agent: str) -> Box:
+        return self._action_spaces[agent]
+
+    def reset(self, seed: int | None = None, options: Mapping[str, Any] | None = None):
+        """Begin an episode: the first of `seed`, or the next one without a seed (the very first draws fresh entropy).
+
+        options: {"world": w, "episode": e} replays one evaluated episode; unknown options are ignored.
+        """
+        options, arrays = options or {}, self.worlds.arrays
+        world, episode = _index(options, "world", arrays.world_id[0, ...]), _index(options, "episode", None)
+        if seed is not None or not self._started:
+            arrays.seed[...] = checked_seed(seed)
+            arrays.episode[...] = 0 if episode is None else episode
+        else:
+            arrays.episode[...] = arrays.episode + 1 if episode is None else episode
+        arrays.world_id[...] = world
+        self.worlds.start(np.ones(1, dtype=bool))
+        self._started = True
+        self.agents = self.possible_agents[:]
+        return dict(zip(self.agents, self._observation.copy(), strict=True)), self._infos()
+
+    def step(self, actions: Mapping[str, Any]):
+        """One frame. ValueError names the agent whose action is missing, unknown, of a wrong shape or not finite; nothing has changed then."""
+        agents = self.agents
+        if not agents:
+            self._refuse_step()
+        self._stage(actions)
+        self._action[...] = self._staged
+        self.worlds.step()
+        over = bool(self._frame >= self.max_cycles)
+        observations = dict(zip(agents, self._observation.copy(), strict=True))
+        rewards = dict(zip(agents, self._reward.tolist(), strict=True))
+        result = (
+            observations,
+            rewards,
+            dict.fromkeys(agents, False),
+            dict.fromkeys(agents, over),
+            self._infos(),
+        )
+        if over:
+            self.agents = []
+        if self.render_mode == "human":
+            self.render()
+        return result
+
+    def _infos(self) -> dict[str, dict[str, float]]:
+        values = self._metrics.tolist()
+        return {agent: dict(zip(INFO_KEYS, values, strict=True)) for agent in self.agents}
+
+    def _stage(self, actions: Mapping[str, Any]) -> None:
+        """Copy the actions aside, checked. The dot product with zeros is zero exactly when all of them are finite."""
+        shape = self._zeros.shape[0] // len(self._staged_rows)
+        try:
+            for agent, row in zip(self.agents, self._staged_rows, strict=True):
+                action = actions[agent]
+                if type(action) is not np.ndarray or action.shape != (shape,):
+                    action = _as_action(agent, action, shape)
+                row[...] = action
+        except KeyError:
+            raise self._unfit_agents(actions) from None
+        except (TypeError, ValueError) as error:
+            raise ValueError(
+                str(error)
+                if "action of" in str(error)
+                else f"the action of {agent} must be {shape} numbers: {error}"
+            ) from None
+        if len(actions) != len(self._staged_rows):
+            raise self._unfit_agents(actions)
+        if self._flat.dot(self._zeros) != 0.0:
+            k, entry = np.argwhere(~np.isfinite(self._staged))[0]
+            raise ValueError(
+                f"the action of {self.agents[k]} must be finite; entry {entry} is {self._staged[k, entry]}"
+            )
+
+    def _unfit_agents(self, actions: Mapping[str, Any]) -> ValueError:
+        missing, unknown = (
+            [a for a in self.agents if a not in actions],
+            [a for a in actions if a not in self.agents],
+        )
+        found = ([f"missing: {', '.join(missing)}"] if missing else []) + (
+            [f"unknown: {', '.join(map(str, unknown))}"] if unknown else []
+        )
+        return ValueError(f"step expects one action for each of {', '.join(self.agents)}; {'; '.join(found)}")
+
+    def _refuse_step(self) -> None:
+        if self._started:
+            raise RuntimeError("the episode is over (all agents have left): call reset() before step()")
+        raise RuntimeError("call reset() before step()")
+
+    def state(self) -> np.ndarray:
+        """The whole truth and the whole tracker, float32 in [-1, 1]; fields: `state_table`."""
+        return self.state_table.read(0)
+
+    def get_state(self) -> dict[str, Any]:
+        """A snapshot from which `set_state` continues bit for bit, here or in another environment of the same scenario and defense."""
+        return {
+            "row": self.worlds.rows[0].copy(),
+            "agents": self.agents[:],
+            "started": self._started,
+            "defense": copy.deepcopy(self.worlds.own_defense),
+        }
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Go on from a snapshot of `get_state`. ValueError if it comes from an environment of another shape."""
+        row = np.asarray(state["row"])
+        if row.shape != self.worlds.rows[0].shape or row.dtype != np.uint8:
+            raise ValueError(
+                f"the snapshot holds {row.size} bytes of {row.dtype}, a world of this scenario and defense {self.worlds.rows.shape[1]} of uint8"
+            )
+        self.worlds.rows[0] = row
+        self.agents, self._started = list(state["agents"]), bool(state["started"])
+        if state["defense"] is not None:
+            self.worlds.own_defense = copy.deepcopy(state["defense"])
+
+    def render(self):
+        """A frame: uint8[H, W, 3] (`rgb_array`), text (`ansi`), or None after drawing in a window (`human`)."""
+        if self.render_mode is None:
+            gymnasium.logger.warn(
+                'render() without a render mode: pass render_mode="rgb_array", "human" or "ansi"'
+            )
+            return None
+        if not self._started:
+            raise RuntimeError("call reset() before render()")
+        if self._renderer is None:
+            from trust_env.render import make_renderer
+
+            self._renderer = make_renderer(self)
+        return self._renderer.draw()
+
+    def close(self) -> None:
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
+        self.worlds.close()
+
+    def __getstate__(self) -> dict[str, Any]:
+        bound = (
+            "_action",
+            "_observation",
+            "_reward",
+            "_metrics",
+            "_frame",
+            "_staged",
+            "_staged_rows",
+            "_flat",
+            "_zeros",
+            "state_table",
+        )
+        return {name: value for name, value in self.__dict__.items() if name not in bound} | {
+            "_renderer": None
+        }
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.state_table = StateTable(self.worlds)
+        self._bind()
+
+    def __repr__(self) -> str:
+        return f"TrustEnv(scenario={self.scenario.name!r}, defense={type(self.worlds.defense).__name__}, agents={len(self.possible_agents)})"
+
+
+def _as_action(agent: str, action: Any, size: int) -> np.ndarray:
+    array = np.asarray(action)
+    if array.shape != (size,) or array.dtype.kind not in "fiub":
+        raise ValueError(
+            f"the action of {agent} must be {size} finite numbers, Box(-1, 1, ({size},)); got shape {list(array.shape)} of {array.dtype}"
+        )
+    return array
+
+
+def _index(options: Mapping[str, Any], name: str, default: Any) -> Any:
+    value = options.get(name, default)
+    if name in options and (
+        isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < 2**32
+    ):
+        raise ValueError(f"option {name!r} must be an integer from 0 to 2^32 - 1; got {value!r}")
+    return value
+
+
+def parallel_env(
+    scenario: Any = "patrol",
+    defense: Any = "trust",
+    render_mode: str | None = None,
+    max_cycles: int | None = None,
+) -> TrustEnv:
+    """The PettingZoo parallel environment; see `TrustEnv`."""
+    return TrustEnv(scenario, defense, render_mode, max_cycles)
+
+
+def raw_env(
+    scenario: Any = "patrol",
+    defense: Any = "trust",
+    render_mode: str | None = None,
+    max_cycles: int | None = None,
+) -> AECEnv:
+    """The same, agent by agent (AEC), bare."""
+    return parallel_to_aec(parallel_env(scenario, defense, render_mode, max_cycles))
+
+
+def env(
+    scenario: Any = "patrol",
+    defense: Any = "trust",
+    render_mode: str | None = None,
+    max_cycles: int | None = None,
+) -> AECEnv:
+    """The same, agent by agent (AEC), with PettingZoo's check of the order of calls."""
+    return wrappers.OrderEnforcingWrapper(raw_env(scenario, defense, render_mode, max_cycles))

@@ -1,0 +1,143 @@
+"""The batched face: W worlds, arrays in, arrays out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from gymnasium.spaces import Box
+
+from trust_env.action import action_table
+from trust_env.packing import action_size
+from trust_env.worlds import Arrays, Worlds, checked_seed
+
+__all__ = ["VectorEnv", "vector_env"]
+
+
+class VectorEnv:
+    """W worlds of one scenario under one defense, in step.
+
+    num_worlds: W; max_cycles overrides the scenario's horizon (frames); threads: default, the processors this process may use;
+    autoreset: finished worlds begin their next episode in the same step, their last observations stand in `info["final_obs"]`.
+    The worlds of a seed are the same whatever W, the threads, the defense or the actions.
+    """
+
+    def __init__(
+        self,
+        scenario: Any = "patrol",
+        defense: Any = "trust",
+        num_worlds: int = 1,
+        max_cycles: int | None = None,
+        threads: int | None = None,
+        autoreset: bool = True,
+    ):
+        self.worlds = Worlds(scenario, defense, num_worlds, horizon=max_cycles, threads=threads)
+        self.scenario, self.defense, self.num_worlds = self.worlds.scenario, self.worlds.defense, num_worlds
+        self.max_cycles, self.autoreset = self.worlds.horizon, autoreset
+        self.possible_agents = list(self.scenario.agent_names)
+        self.single_observation_space = Box(-1.0, 1.0, (self.worlds.pack.observation.size,), np.float32)
+        self.single_action_space = Box(-1.0, 1.0, (action_size(self.scenario),), np.float32)
+        self._started = False
+
+    @property
+    def arrays(self) -> Arrays:
+        """Live views of everything in the worlds, with leading axis W."""
+        return self.worlds.arrays
+
+    @property
+    def observation_table(self):
+        """Names, slices, shapes and units of the observation's fields."""
+        return self.worlds.pack.observation
+
+    @property
+    def action_table(self) -> dict[str, slice]:
+        return action_table(self.scenario)
+
+    def reset(
+        self, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Begin an episode in every world: observations float32[W, K, O] and info.
+
+        Without a seed: the next episode of every world. options: {"worlds": int[W], "episodes": int[W]} picks what is replayed.
+        """
+        options, arrays = options or {}, self.worlds.arrays
+        fresh = seed is not None or not self._started
+        if fresh:
+            arrays.seed[...] = checked_seed(seed)
+            arrays.world_id[...] = np.arange(self.num_worlds).reshape(arrays.world_id.shape)
+        arrays.episode[...] = 0 if fresh else arrays.episode + 1
+        for name, field in (("worlds", arrays.world_id), ("episodes", arrays.episode)):
+            if name in options:
+                field[...] = self._indices(name, options[name]).reshape(field.shape)
+        self.worlds.start(np.ones(self.num_worlds, dtype=bool))
+        self._started = True
+        return arrays.observation.copy(), self._info()
+
+    def step(self, actions: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """One frame of every world on actions[W, K, A]: observations, rewards float64[W, K], terminated and truncated bool[W], info."""
+        if not self._started:
+            raise RuntimeError("call reset() before step()")
+        arrays = self.worlds.arrays
+        arrays.action[...] = self._checked(actions)
+        self.worlds.step()
+        truncated = arrays.frame.reshape(-1) >= self.max_cycles
+        rewards, info = arrays.reward.copy(), self._info()
+        if self.autoreset and truncated.any():
+            info["final_obs"] = arrays.observation.copy()
+            arrays.episode[truncated] += 1
+            self.worlds.start(truncated)
+        return arrays.observation.copy(), rewards, np.zeros(self.num_worlds, dtype=bool), truncated, info
+
+    def _checked(self, actions: Any) -> np.ndarray:
+        expected = self.worlds.arrays.action.shape
+        array = np.asarray(actions)
+        if array.shape != expected or array.dtype.kind not in "fiub":
+            raise ValueError(
+                f"actions must be numbers of shape {list(expected)} (worlds, agents, entries); got {list(array.shape)} of {array.dtype}"
+            )
+        if not np.isfinite(array).all():
+            w, k, entry = np.argwhere(~np.isfinite(array))[0]
+            raise ValueError(
+                f"actions must be finite; world {w}, {self.possible_agents[k]}, entry {entry} is {array[w, k, entry]}"
+            )
+        return array
+
+    def _indices(self, name: str, values: Any) -> np.ndarray:
+        array = np.asarray(values)
+        if (
+            array.shape != (self.num_worlds,)
+            or array.dtype.kind not in "iu"
+            or array.min() < 0
+            or array.max() >= 2**32
+        ):
+            raise ValueError(
+                f"option {name!r} must hold {self.num_worlds} integers from 0 to 2^32 - 1; got {values!r}"
+            )
+        return array
+
+    def _info(self) -> dict[str, Any]:
+        arrays = self.worlds.arrays
+        ids = {
+            "seed": arrays.seed,
+            "world": arrays.world_id,
+            "episode": arrays.episode,
+            "frame": arrays.frame,
+        }
+        copies = {name: array.reshape(-1).copy() for name, array in ids.items()}
+        return self.worlds.metrics() | {"agent_trust": arrays.agent_trust.copy()} | copies
+
+    def close(self) -> None:
+        self.worlds.close()
+
+
+def vector_env(
+    scenario: Any = "patrol",
+    defense: Any = "trust",
+    num_worlds: int = 1,
+    max_cycles: int | None = None,
+    threads: int | None = None,
+    autoreset: bool = True,
+) -> VectorEnv:
+    """W worlds as arrays; see `VectorEnv`."""
+    return VectorEnv(scenario, defense, num_worlds, max_cycles, threads, autoreset)

@@ -1,0 +1,246 @@
+"""A batch of worlds: buffers, threads, seeds. What the faces (PettingZoo, arrays, fusion centre) are thin layers over."""
+
+from __future__ import annotations
+
+import itertools
+import os
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+
+from trust_env import engine
+from trust_env.core.layout import METRICS, ROW
+from trust_env.defenses import BuiltIn, Defense, Evidence, Shape, Verdict, build_defense, fits_publication
+from trust_env.packing import Pack
+from trust_env.scenario import Scenario, load_scenario
+
+SEED_LIMIT = 2**63
+_CHUNK = 16  # worlds that a thread takes at a time
+
+
+def checked_seed(seed: Any) -> int:
+    """A seed as int; fresh entropy for None. ValueError for anything else than an integer from 0 to 2^63 - 1."""
+    if seed is None:
+        return int.from_bytes(os.urandom(8), "little") % SEED_LIMIT
+    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or not 0 <= seed < SEED_LIMIT:
+        raise ValueError(f"seed must be an integer from 0 to 2^63 - 1, or None; got {seed!r}")
+    return int(seed)
+
+
+class Arrays(Mapping[str, np.ndarray]):
+    """Live views of the worlds' memory by name, with leading axis W; writing to them changes the worlds."""
+
+    def __init__(self, pack: Pack, rows: np.ndarray):
+        self._views = {
+            name: pack.layout.view(rows, name) for name, kind in pack.layout.kinds.items() if kind[0] == ROW
+        }
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self._views[name]
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        try:
+            return self.__dict__["_views"][name]
+        except KeyError:
+            raise AttributeError(name) from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._views)
+
+    def __len__(self) -> int:
+        return len(self._views)
+
+
+class Worlds:
+    """W worlds of one scenario under one defense.
+
+    threads: how many threads share a frame's work (default: the processors this process may use).
+    """
+
+    def __init__(
+        self,
+        scenario: Any,
+        defense: Any,
+        num_worlds: int,
+        horizon: int | None = None,
+        threads: int | None = None,
+    ):
+        self.scenario: Scenario = load_scenario(scenario)
+        self.defense: BuiltIn | Defense = build_defense(defense)
+        self.horizon = self.scenario.horizon if horizon is None else _positive("max_cycles", horizon)
+        self.num_worlds = _positive("num_worlds", num_worlds)
+        available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        self.threads = min(_positive("threads", threads or available), -(-self.num_worlds // _CHUNK))
+        self._allocate(np.zeros((self.num_worlds, 0), dtype=np.uint8))
+
+    def _allocate(self, rows: np.ndarray) -> None:
+        self.pack = Pack(self.scenario, self.defense, self.horizon)
+        layout = self.pack.layout
+        self.rows = rows if rows.size else np.zeros((self.num_worlds, layout.row_bytes), dtype=np.uint8)
+        self.arrays = Arrays(self.pack, self.rows)
+        self.scratch = np.zeros((self.threads, layout.scratch_bytes), dtype=np.uint8)
+        self.arrays.dt[...] = self.scenario.dt
+        self.arrays.active[...] = 1
+        self._pool: ThreadPoolExecutor | None = None
+        self._evidence: Evidence | None = None
+
+    @property
+    def roles(self) -> np.ndarray:
+        """+1 adversary, -1 benign, int[K]."""
+        return self.pack.layout.view(self.pack.params, "role")
+
+    # --- copies and snapshots ---
+
+    @property
+    def own_defense(self) -> Defense | None:
+        """A user's own defense, which remembers things outside the worlds' memory; None for a built-in one."""
+        return None if isinstance(self.defense, BuiltIn) else self.defense
+
+    @own_defense.setter
+    def own_defense(self, defense: Defense) -> None:
+        self.defense = defense
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {
+            "scenario": self.scenario,
+            "defense": self.defense,
+            "horizon": self.horizon,
+            "num_worlds": self.num_worlds,
+            "threads": self.threads,
+            "rows": self.rows.copy(),
+        }
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update({name: value for name, value in state.items() if name != "rows"})
+        self._allocate(np.ascontiguousarray(state["rows"]).copy())
+
+    # --- running ---
+
+    def run(self, stages: int) -> None:
+        """Run stages of a frame in all active worlds."""
+        if self.threads == 1:
+            engine.advance(
+                self.rows,
+                self.pack.params,
+                self.scratch[0],
+                self.pack.layout.table,
+                0,
+                self.num_worlds,
+                stages,
+            )
+        else:
+            self._run_threads(stages)
+
+    def _run_threads(self, stages: int) -> None:
+        if not engine.advance.ready:
+            engine.advance(
+                self.rows, self.pack.params, self.scratch[0], self.pack.layout.table, 0, 0, stages
+            )  # compile once
+        if self._pool is None:
+            self._pool = ThreadPoolExecutor(self.threads - 1, thread_name_prefix="trust-env")
+        chunks = itertools.count(0, _CHUNK)  # next() is atomic: whoever is free takes the next chunk
+        helpers = [self._pool.submit(self._take_chunks, chunks, stages, t) for t in range(1, self.threads)]
+        self._take_chunks(chunks, stages, 0)
+        for helper in helpers:
+            helper.result()
+
+    def _take_chunks(self, chunks: Iterator[int], stages: int, thread: int) -> None:
+        for first in chunks:
+            if first >= self.num_worlds:
+                return
+            last = min(first + _CHUNK, self.num_worlds)
+            engine.advance(
+                self.rows, self.pack.params, self.scratch[thread], self.pack.layout.table, first, last, stages
+            )
+
+    def start(self, worlds: np.ndarray) -> None:
+        """Begin an episode in the worlds where `worlds` (bool[W]) is set; their seed, world_id and episode must be in place."""
+        self.arrays.active[...] = worlds
+        self.run(engine.RESET)
+        self.arrays.active[...] = 1
+        if not isinstance(self.defense, BuiltIn):
+            dims = self.pack.dims
+            self.defense.reset(Shape(self.num_worlds, dims["K"], dims["J"], dims["D"]), worlds)
+
+    def step(self) -> None:
+        """One frame of all worlds, on the actions in `arrays.action`."""
+        self.run_frame(engine.EDIT_AND_TRACK, engine.SCORE | engine.MOVE | engine.OBSERVE)
+
+    def run_frame(self, before: int, after: int) -> None:
+        """Stages before judging, the defense, stages after it: one kernel call, or two around a user's own defense."""
+        if isinstance(self.defense, BuiltIn):
+            self.run(before | engine.JUDGE | engine.PUBLISH | after)
+            return
+        self.run(before | engine.JUDGE)  # clears the verdict
+        self._apply(self.defense.update(self.evidence()))
+        self.run(engine.PUBLISH | after)
+
+    def evidence(self) -> Evidence:
+        """The present frame's evidence; live views, so copy what must outlast the frame."""
+        if self._evidence is None:
+            a = self.arrays
+            self._evidence = Evidence(
+                a.track_id, a.track_status, a.track_age, a.track_score, a.track_doomed, a.track_mean, a.track_cov, a.expected, a.detected, a.held,
+                a.reports, a.report_count, a.assignment, a.innovation, a.innovation_cov, a.distance2, a.agent_score, a.pose,
+                a.frame.reshape(-1), a.dt.reshape(-1),
+            )  # fmt: skip
+        return self._evidence
+
+    def _apply(self, verdict: Verdict) -> None:
+        """Write a user's verdict into the worlds, checked."""
+        if not isinstance(verdict, Verdict):
+            raise TypeError(
+                f"{type(self.defense).__name__}.update must return a trust_env.Verdict, not {type(verdict).__name__}"
+            )
+        a, dims = self.arrays, self.pack.dims
+        tracks, agents = (self.num_worlds, dims["J"]), (self.num_worlds, dims["K"])
+        for name, shape in (
+            ("track_trust", tracks),
+            ("track_trust_var", tracks),
+            ("agent_trust", agents),
+            ("agent_trust_var", agents),
+        ):
+            if getattr(verdict, name) is not None:
+                a[name][...] = self._checked(name, getattr(verdict, name), shape, unit=True)
+        default = fits_publication(self.evidence().confirmed, a.track_trust)
+        publish = default if verdict.publish is None else self._checked("publish", verdict.publish, tracks)
+        a.publish[...] = publish.astype(bool) & self.evidence().confirmed
+        if verdict.keep is not None:
+            a.keep[...] = self._checked("keep", verdict.keep, tracks).astype(bool)
+        weight = (
+            np.where(np.isnan(a.agent_trust), 1.0, a.agent_trust)
+            if verdict.agent_weight is None
+            else verdict.agent_weight
+        )
+        a.agent_weight[...] = np.nan_to_num(self._checked("agent_weight", weight, agents, unit=True), nan=1.0)
+
+    def _checked(self, name: str, value: Any, shape: tuple[int, ...], unit: bool = False) -> np.ndarray:
+        who = type(self.defense).__name__
+        array = np.asarray(value)
+        if array.shape != shape:
+            raise ValueError(
+                f"{who}: {name} must have shape {list(shape)} (worlds, {'tracks' if 'track' in name else 'columns'}), not {list(array.shape)}"
+            )
+        if unit and not np.all(np.isnan(array) | ((array >= 0.0) & (array <= 1.0))):
+            raise ValueError(
+                f"{who}: {name} must lie in [0, 1] (NaN: no opinion); found {array[~((array >= 0) & (array <= 1))][0]}"
+            )
+        return array
+
+    def metrics(self) -> dict[str, np.ndarray]:
+        """The frame's metrics by name, each `[W]`."""
+        values = self.arrays.metrics
+        return {name: values[:, m].copy() for m, name in enumerate(METRICS)}
+
+    def close(self) -> None:
+        if self._pool is not None:
+            self._pool.shutdown()
+            self._pool = None
+
+
+def _positive(name: str, value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
+        raise ValueError(f"{name} must be a whole number of at least 1; got {value!r}")
+    return int(value)
