@@ -77,9 +77,8 @@ def source_stamp() -> str:
     Numba looks at a kernel's own file only when it decides whether its cache is fresh; an edited callee would go unnoticed.
     """
     digest = hashlib.sha256(numba.__version__.encode())
-    for path in sorted(
-        [*(_PACKAGE / "core").glob("*.py"), *(_PACKAGE / "defenses").glob("*.py"), *_PACKAGE.glob("*.py")]
-    ):
+    homes = [*(_PACKAGE / "core").glob("*.py"), *(_PACKAGE / "defenses").glob("*.py")]
+    for path in sorted([*homes, *(_PACKAGE / name for name in ("engine.py", "observation.py", "reward.py"))]):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
