@@ -149,6 +149,11 @@ class MaxCyclesOverrun(Walkers):
         super().__init__(max_cycles + 1, render_mode)
 
 
+class MaxCyclesIgnored(Walkers):
+    def __init__(self, max_cycles: int = 12, render_mode: str | None = None) -> None:
+        super().__init__(200, render_mode)
+
+
 class SpacesMadeAnew(Walkers):
     def observation_space(self, agent: str) -> Box:
         return copy.deepcopy(self._observation_space)

@@ -15,6 +15,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from trust_env.conformance.report import Check, Failed, Skipped, described
+from trust_env.conformance.rollout import action_mask
 from trust_env.conformance.subject import Subject
 
 # What PettingZoo recommends to every environment and excuses, by name, in its own. An environment of another
@@ -30,6 +31,8 @@ RECOMMENDATIONS = {
     r"does not have possible_agents defined": "optional, for environments that make up agents as they go",
     r"does not have a `render_mode` defined|has not defined a render\(\)": "rendering is optional",
 }
+
+TESTED_CYCLES = 4  # in `max_cycles_test`
 
 # Deprecations and the like are between libraries; PettingZoo and NumPy warn with these two.
 _FAILING = (UserWarning, RuntimeWarning)
@@ -96,14 +99,29 @@ def max_cycles_test(subject: Subject) -> str:
     if not subject.accepts("max_cycles"):
         raise Skipped("the factory takes no max_cycles")
     try:
-        if not hasattr(subject.env(max_cycles=4), "possible_agents"):
-            raise Skipped("the environment has no possible_agents, which this test counts")
+        env = subject.aec_env(max_cycles=TESTED_CYCLES)
     except TypeError as error:  # a factory that hands all it gets on to a constructor without it
         if "max_cycles" not in str(error):
             raise
         raise Skipped("the factory takes no max_cycles") from None
+    if not hasattr(env, "possible_agents"):
+        raise Skipped("the environment has no possible_agents, which this test counts")
+    _refuse_the_endless(env)
     module = SimpleNamespace(parallel_env=subject.env, env=subject.aec_env)
     return _run(subject, lambda: test(module), ignores_masks=True)
+
+
+def _refuse_the_endless(env: Any) -> None:
+    """The test itself would wait for ever for an environment that does not stop at its max_cycles."""
+    env.reset()
+    limit = TESTED_CYCLES + 10  # as many as the test grants
+    for agent in env.agent_iter(env.num_agents * (limit + 1)):
+        space = env.action_space(agent)
+        mask = action_mask(space, env.observe(agent), env.infos[agent])
+        over = env.terminations[agent] or env.truncations[agent]
+        env.step(None if over else space.sample(mask=mask))
+    if env.agents:
+        raise Failed(f"with max_cycles={TESTED_CYCLES} the episode has not ended after {limit} cycles")
 
 
 CHECKS: dict[str, Check] = {
