@@ -41,16 +41,19 @@ def _global(pose, x, y):
 @compiled
 def contains(world, k, x, y):
     """Φ_k(x, y)."""
-    pose = floats2(world, F.pose)[k]
-    radius = floats1(world, F.fov_radius)[k]
-    dx, dy = x - pose[0], y - pose[1]
+    pose, radius = floats2(world, F.pose), floats1(world, F.fov_radius)[k]
+    dx, dy = x - pose[k, 0], y - pose[k, 1]
     if dx * dx + dy * dy > radius * radius:
         return False
-    kind = ints1(world, F.fov_type)[k]
-    if kind == CIRCLE:
-        return True
-    if kind == SECTOR:
-        half = floats1(world, F.fov_half_width)[k]
+    return ints1(world, F.fov_type)[k] == CIRCLE or _in_shape(world, k, x, y)
+
+
+@compiled
+def _in_shape(world, k, x, y):
+    """Whether a point within the radius lies in a sector or polygon."""
+    pose = floats2(world, F.pose)[k]
+    if ints1(world, F.fov_type)[k] == SECTOR:
+        dx, dy, half = x - pose[0], y - pose[1], floats1(world, F.fov_half_width)[k]
         if half >= math.pi or (dx == 0.0 and dy == 0.0):
             return True
         return abs(_wrap(math.atan2(dy, dx) - pose[2] - floats1(world, F.fov_heading)[k])) <= half

@@ -44,16 +44,26 @@ def update(mean, cov, dx, dy, xx, xy, yy, det):
     mean: [4]; cov: [4, 4].
     """
     ixx, ixy, iyy = yy / det, -xy / det, xx / det
-    for a in range(4):
-        mean[a] += cov[a, 0] * (ixx * dx + ixy * dy) + cov[a, 1] * (ixy * dx + iyy * dy)
-    p00, p10, p20, p30 = cov[0, 0], cov[1, 0], cov[2, 0], cov[3, 0]
-    p01, p11, p21, p31 = cov[0, 1], cov[1, 1], cov[2, 1], cov[3, 1]
-    column0, column1 = (p00, p10, p20, p30), (p01, p11, p21, p31)
-    for a in range(4):
-        k0, k1 = column0[a] * ixx + column1[a] * ixy, column0[a] * ixy + column1[a] * iyy
-        for b in range(a, 4):
-            cov[a, b] -= k0 * column0[b] + k1 * column1[b]
-            cov[b, a] = cov[a, b]
+    p00, p01, p11 = cov[0, 0], cov[0, 1], cov[1, 1]
+    p20, p21, p30, p31 = cov[2, 0], cov[2, 1], cov[3, 0], cov[3, 1]
+    k00, k01 = p00 * ixx + p01 * ixy, p00 * ixy + p01 * iyy  # rows of K, written out: the filter's hottest lines
+    k10, k11 = p01 * ixx + p11 * ixy, p01 * ixy + p11 * iyy
+    k20, k21 = p20 * ixx + p21 * ixy, p20 * ixy + p21 * iyy
+    k30, k31 = p30 * ixx + p31 * ixy, p30 * ixy + p31 * iyy
+    mean[0] += k00 * dx + k01 * dy
+    mean[1] += k10 * dx + k11 * dy
+    mean[2] += k20 * dx + k21 * dy
+    mean[3] += k30 * dx + k31 * dy
+    cov[0, 0] -= k00 * p00 + k01 * p01
+    cov[1, 1] -= k10 * p01 + k11 * p11
+    cov[2, 2] -= k20 * p20 + k21 * p21
+    cov[3, 3] -= k30 * p30 + k31 * p31
+    cov[0, 1] = cov[1, 0] = p01 - (k00 * p01 + k01 * p11)
+    cov[0, 2] = cov[2, 0] = p20 - (k00 * p20 + k01 * p21)
+    cov[0, 3] = cov[3, 0] = p30 - (k00 * p30 + k01 * p31)
+    cov[1, 2] = cov[2, 1] = p21 - (k10 * p20 + k11 * p21)
+    cov[1, 3] = cov[3, 1] = p31 - (k10 * p30 + k11 * p31)
+    cov[2, 3] = cov[3, 2] = cov[2, 3] - (k20 * p30 + k21 * p31)
 
 
 @compiled

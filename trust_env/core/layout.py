@@ -78,22 +78,24 @@ ROW_FIELDS = {
     "local_columns": "i8 K", "local_next_id": "i8 K", **_tracker_fields("local", "K L"),
     # evidence
     "expected": "b1 K J", "detected": "b1 K J", "held": "b1 K J", "assignment": "i8 K D", "agent_score": "f8 K J",
-    "innovation": "f8 K J 2", "innovation_cov": "f8 K J 2 2", "distance2": "f8 K J",
     # verdict and picture
     "track_trust": "f8 J", "track_trust_var": "f8 J", "agent_trust": "f8 K", "agent_trust_var": "f8 K", "publish": "b1 J",
     "keep": "b1 J", "agent_weight": "f8 K", "published": "b1 J", "last_agent_trust": "f8 K",
     # what built-in defenses remember
-    "belief_id": "i8 J", "track_belief": "f8 J 2", "agent_belief": "f8 K 2", "fov_run": "i8 K J", "vote": "f8 H J", "agreement": "f8 H K 2",
+    "belief_id": "i8 J", "track_belief": "f8 J 2", "agent_belief": "f8 K 2",
     # outcome of the frame
     "track_target": "i8 J", "track_label": "i8 J", "track_injected": "b1 J", "metrics": "f8 8", "reward": "f8 K",
     # the players' side
     "action": "f8 K A", "observation": "f4 K O",
+    # what only some defenses need: last, so that the other worlds stay close together
+    "fov_run": "i8 K J", "vote": "f8 H J", "agreement": "f8 H K 2",
+    "innovation": "f8 K J 2", "innovation_cov": "f8 K J 2 2", "distance2": "f8 K J",
 }  # fmt: skip
 
 SCRATCH_FIELDS = {
     "pair_start": "i8 R+1", "pair_column": "i8 P", "pair_cost": "f8 P", "row_column": "i8 R", "column_row": "i8 C", "column_degree": "i8 C",
     "row_potential": "f8 R", "column_potential": "f8 C", "path_cost": "f8 C", "path_row": "i8 C", "touched": "i8 C", "done": "b1 C",
-    "scan_inverse": "f8 C 4", "scan_columns": "i8 C", "scan_gain": "f8 C", "rank": "f8 D", "scan_assignment": "i8 R", "listing": "i8 C", "estimates": "f8 R 2", "truths": "f8 C 2",
+    "scan_geometry": "f8 C 6", "scan_columns": "i8 C", "scan_gain": "f8 C", "rank": "f8 D", "scan_assignment": "i8 R", "listing": "i8 C", "estimates": "f8 R 2", "truths": "f8 C 2",
 }  # fmt: skip
 
 METRICS = (

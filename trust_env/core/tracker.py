@@ -5,6 +5,7 @@ A frame: `predict_tracks`, then `scan` agent by agent, then `end_frame`. Columns
 
 from __future__ import annotations
 
+import math
 from collections import namedtuple
 
 import numpy as np
@@ -129,34 +130,28 @@ def _gate(world, tracker, k, weight):
     """List the tracks that Φ_k contains, and the pairs whose d² lies within the gate; returns how many tracks those are."""
     noise, gate = floats3(world, F.noise_cov)[k], real(world, F.gate)
     points, detections = floats3(world, F.reports)[k], ints1(world, F.report_count)[k]
-    columns, inverse = ints1(world, F.scan_columns), floats2(world, F.scan_inverse)
-    gain = floats1(world, F.scan_gain)
+    columns, geometry = ints1(world, F.scan_columns), floats2(world, F.scan_geometry)
+    gain, mean = floats1(world, F.scan_gain), tracker.mean
     seen = 0
     for j in range(tracker.columns[0]):
         gain[j] = 0.0
-        if tracker.status[j] != EMPTY and contains(world, k, tracker.mean[j, 0], tracker.mean[j, 1]):
+        if tracker.status[j] != EMPTY and contains(world, k, mean[j, 0], mean[j, 1]):
             xx, xy, yy, det = kalman.innovation_cov(tracker.cov[j], noise, weight)
-            inverse[seen, 0], inverse[seen, 1], inverse[seen, 2], inverse[seen, 3] = (
-                yy / det,
-                -xy / det,
-                xx / det,
-                np.log(det),
-            )
+            geometry[seen, 0], geometry[seen, 1] = mean[j, 0], mean[j, 1]
+            geometry[seen, 2], geometry[seen, 3], geometry[seen, 4] = yy / det, -2.0 * xy / det, xx / det  # S⁻¹
+            geometry[seen, 5] = det
             columns[seen] = j
             seen += 1
-    start, pair_column, cost = (
-        ints1(world, F.pair_start),
-        ints1(world, F.pair_column),
-        floats1(world, F.pair_cost),
-    )
+    start, pair_column, cost = ints1(world, F.pair_start), ints1(world, F.pair_column), floats1(world, F.pair_cost)
     pairs = 0
     for d in range(detections):
         start[d] = pairs
+        x, y = points[d, 0], points[d, 1]
         for c in range(seen):
-            dx, dy = points[d, 0] - tracker.mean[columns[c], 0], points[d, 1] - tracker.mean[columns[c], 1]
-            distance2 = inverse[c, 0] * dx * dx + 2.0 * inverse[c, 1] * dx * dy + inverse[c, 2] * dy * dy
+            dx, dy = x - geometry[c, 0], y - geometry[c, 1]
+            distance2 = geometry[c, 2] * dx * dx + geometry[c, 3] * dx * dy + geometry[c, 4] * dy * dy
             if distance2 <= gate:
-                pair_column[pairs], cost[pairs] = c, distance2 + inverse[c, 3]
+                pair_column[pairs], cost[pairs] = c, distance2 + math.log(geometry[c, 5])
                 pairs += 1
     start[detections] = pairs
     return seen
