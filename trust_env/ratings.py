@@ -1,0 +1,67 @@
+"""How good numbers in [0, 1] are as forecasts of yes or no, world by world: ranking, Brier score, calibration.
+
+What a world gives no ground for is NaN, never zero or one half.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+N_BINS = 10
+
+
+def ratio(numerator: np.ndarray, denominator: np.ndarray) -> np.ndarray:
+    """Quotient, NaN where the denominator is zero."""
+    out = np.full(np.shape(denominator), np.nan)
+    return np.divide(numerator, denominator, out=out, where=np.asarray(denominator) != 0)
+
+
+def auroc(worlds: np.ndarray, scores: np.ndarray, positive: np.ndarray, n_worlds: int) -> np.ndarray:
+    """P(a positive scores higher than a negative) + P(they are equal)/2, of each world: float64[n_worlds].
+
+    Sample s belongs to `worlds[s]`. NaN for a world without a positive or without a negative. From ranks
+    (Mann & Whitney 1947), equal scores sharing their mean rank: (Σ ranks of the positives - P(P+1)/2) / (P N).
+    """
+    order = np.lexsort((scores, worlds))
+    worlds, scores, positive = worlds[order], scores[order], positive[order].astype(bool)
+    first_of_world = np.searchsorted(worlds, worlds)
+    rank = _mean_ranks(worlds, scores) - first_of_world
+    positives = np.bincount(worlds[positive], minlength=n_worlds).astype(float)
+    negatives = np.bincount(worlds[~positive], minlength=n_worlds).astype(float)
+    rank_sum = np.bincount(worlds[positive], weights=rank[positive], minlength=n_worlds)
+    return ratio(rank_sum - positives * (positives + 1) / 2, positives * negatives)
+
+
+def _mean_ranks(worlds: np.ndarray, scores: np.ndarray) -> np.ndarray:
+    """Ranks from 1 of samples in order; equal ones of a world share their mean."""
+    new = np.ones(len(scores), dtype=bool)
+    new[1:] = (worlds[1:] != worlds[:-1]) | (scores[1:] != scores[:-1])
+    starts = np.flatnonzero(new)
+    ends = np.append(starts[1:], len(scores))
+    return np.repeat((starts + 1 + ends) / 2.0, ends - starts)
+
+
+class Forecasts:
+    """Sums over forecasts and outcomes, from which Brier score and calibration error of each world follow."""
+
+    def __init__(self, n_worlds: int):
+        self.squares = np.zeros(n_worlds)
+        self.forecast_minus_outcome = np.zeros((n_worlds, N_BINS))  # by bin of the forecast
+        self.count = np.zeros(n_worlds)
+
+    def add(self, worlds: np.ndarray, forecasts: np.ndarray, outcomes: np.ndarray) -> None:
+        """Samples s: `forecasts[s]` in [0, 1] of `outcomes[s]` (bool), in world `worlds[s]`."""
+        error, n = forecasts - outcomes, len(self.count)
+        bins = np.minimum((forecasts * N_BINS).astype(np.int64), N_BINS - 1)
+        self.squares += np.bincount(worlds, weights=error**2, minlength=n)
+        self.count += np.bincount(worlds, minlength=n)
+        sums = np.bincount(worlds * N_BINS + bins, weights=error, minlength=n * N_BINS)
+        self.forecast_minus_outcome += sums.reshape(n, N_BINS)
+
+    def brier(self) -> np.ndarray:
+        """Mean of (forecast - outcome)² (Brier 1950)."""
+        return ratio(self.squares, self.count)
+
+    def calibration_error(self) -> np.ndarray:
+        """Expected calibration error: Σ_b n_b/n |mean forecast - mean outcome| over ten bins of equal width."""
+        return ratio(np.abs(self.forecast_minus_outcome).sum(axis=1), self.count)
