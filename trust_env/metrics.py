@@ -19,17 +19,17 @@ __all__ = ["METRICS", "EpisodeMetrics", "Gospa", "gospa", "ospa"]
 WARM_UP = 10  # frames after which a target that some FOV holds should have its track
 
 METRICS: dict[str, str] = {
-    "false_tracks_per_frame": "tracks of the picture within match_distance of no target, mean over the frames",
+    "false_tracks_per_frame": "tracks of the picture that match no target, mean over the frames",
     "injected_tracks_per_frame": "of those, the tracks that injections made",
     "missing_targets_per_frame": "targets that some FOV holds and the picture lacks, mean over the frames",
     "damage_per_frame": "false tracks and missing targets together",
     "missing_fraction": "share of the targets in some FOV that the picture lacks, after the first ten frames",
     "gospa": "GOSPA (alpha = 2) of the picture, m, mean over the frames",
     "ospa": "OSPA of the picture, m, mean over the frames",
-    "frames_to_first_false_track": "first frame (from 1) that shows an injected track; horizon + 1 when never",
+    "frames_to_first_false_track": "first frame, from 1, that shows an injected track; horizon + 1: never",
     "adversary_auroc": "AUROC of 'agent is an adversary' by low mean trust over the episode",
     "false_accusation_rate": "share of benign agents whose trust ends below accuse_below",
-    "detection_delay": "first frame in which an adversary's trust is below accuse_below; horizon + 1 when never",
+    "detection_delay": "first frame that has an adversary's trust below accuse_below; horizon + 1: never",
     "track_auroc": "AUROC of 'confirmed track is a target' by its trust",
     "true_track_rejection_rate": "share of the confirmed tracks of targets that the defense rejects",
     "false_track_rejection_rate": "share of the confirmed tracks of nothing that the defense rejects",
@@ -39,7 +39,7 @@ METRICS: dict[str, str] = {
     "track_trust_calibration_error": "expected calibration error of track trust, ten bins",
     "agent_trust_calibration_error": "expected calibration error of agent trust, ten bins",
 }
-"""Names and meanings. A track counts once per frame; its label is its target before the defense rejects any."""
+"""Names and meanings. A confirmed track counts in every frame, whether or not the defense shows it."""
 
 
 class EpisodeMetrics:
@@ -71,7 +71,7 @@ class EpisodeMetrics:
         self._samples: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []  # worlds, trust, label of tracks
 
     def update(self, info: Mapping[str, Any] | None = None) -> None:
-        """Take in a frame. `info` is what `VectorEnv.step` returned; without it the worlds are asked for it."""
+        """Take in a frame; `info` is what `VectorEnv.step` returned, or None to ask the worlds for it."""
         self._frames += 1
         self._update_picture(info if info is not None and "gospa" in info else self._worlds.metrics())
         self._update_tracks()

@@ -1,4 +1,4 @@
-"""How good numbers in [0, 1] are as forecasts of yes or no, world by world: ranking, Brier score, calibration.
+"""How good numbers in [0, 1] are as forecasts of yes or no: ranking, Brier score, calibration.
 
 What a world gives no ground for is NaN, never zero or one half.
 """
@@ -19,8 +19,8 @@ def ratio(numerator: np.ndarray, denominator: np.ndarray) -> np.ndarray:
 def auroc(worlds: np.ndarray, scores: np.ndarray, positive: np.ndarray, n_worlds: int) -> np.ndarray:
     """P(a positive scores higher than a negative) + P(they are equal)/2, of each world: float64[n_worlds].
 
-    Sample s belongs to `worlds[s]`. NaN for a world without a positive or without a negative. From ranks
-    (Mann & Whitney 1947), equal scores sharing their mean rank: (Σ ranks of the positives - P(P+1)/2) / (P N).
+    Sample s belongs to `worlds[s]`. NaN for a world without a positive or without a negative. From
+    ranks (Mann & Whitney 1947): (Σ ranks of the positives - P(P+1)/2) / (P N); equal scores share a rank.
     """
     order = np.lexsort((scores, worlds))
     worlds, scores, positive = worlds[order], scores[order], positive[order].astype(bool)
@@ -63,5 +63,5 @@ class Forecasts:
         return ratio(self.squares, self.count)
 
     def calibration_error(self) -> np.ndarray:
-        """Expected calibration error: Σ_b n_b/n |mean forecast - mean outcome| over ten bins of equal width."""
+        """Expected calibration error, Σ_b n_b/n |mean forecast - mean outcome| over ten equal bins."""
         return ratio(np.abs(self.forecast_minus_outcome).sum(axis=1), self.count)

@@ -21,10 +21,10 @@ class Gospa(NamedTuple):
 def gospa(estimates: Any, truths: Any, cutoff: float, order: float = 2.0) -> Gospa:
     """GOSPA with α = 2 of `estimates[n, 2]` and `truths[m, 2]`, in metres.
 
-        d^p = min over assignments γ of  Σ_(i,j)∈γ d(x_i, y_j)^p + c^p/2 (n + m - 2|γ|)     c = cutoff, p = order
+        d^p = min over assignments γ of  Σ_(i,j)∈γ d(x_i, y_j)^p + c^p/2 (n + m - 2|γ|)     c cutoff, p order
 
-    (Rahmathullah, García-Fernández & Svensson 2017, Prop. 1.) Every truth without a pair costs c^p/2 as missed,
-    every estimate without one c^p/2 as false. Equal to Stone Soup's; of two empty sets all parts are 0.
+    (Rahmathullah, García-Fernández & Svensson 2017, Prop. 1). A truth without a pair costs c^p/2 as missed,
+    an estimate without one c^p/2 as false. Equal to Stone Soup's; all parts of two empty sets are 0.
     ValueError for a wrong shape, a number that is not finite, cutoff <= 0 or order < 1.
     """
     x, y = _points("estimates", estimates), _points("truths", truths)
@@ -37,10 +37,10 @@ def gospa(estimates: Any, truths: Any, cutoff: float, order: float = 2.0) -> Gos
 def ospa(estimates: Any, truths: Any, cutoff: float, order: float = 2.0) -> float:
     """OSPA of `estimates[n, 2]` and `truths[m, 2]`, in metres (Schuhmacher, Vo & Vo 2008, Eq. 3).
 
-        d^p = (min over assignments of Σ min(d(x_i, y_j), c)^p + c^p |n - m|) / max(n, m)     c = cutoff, p = order
+        d^p = (min over assignments of Σ min(d(x_i, y_j), c)^p + c^p |n - m|) / max(n, m)     c cutoff, p order
 
-    0 of two empty sets, c when one is empty. Raises as `gospa` does. Stone Soup 1.9 picks the assignment that is
-    best for p = 1 whatever p is, so that for p > 1 its value can lie above this minimum.
+    0 of two empty sets, c when one is empty. Raises as `gospa` does. Stone Soup 1.9 picks the assignment that
+    is best for p = 1 whatever p is, so that for p > 1 its value can lie above this minimum.
     """
     x, y = _points("estimates", estimates), _points("truths", truths)
     _check(cutoff, order)
