@@ -25,9 +25,10 @@ test: $(VENV)/.installed-$(subst $(comma),-,$(EXTRAS))  ## all tests, on two pro
 	$(BIN)/python -m pytest -n 2 --benchmark-disable
 
 lint: $(VENV)/.installed-$(subst $(comma),-,$(EXTRAS))  ## ruff and pyright; fails on any finding
-	$(BIN)/ruff check .
-	$(BIN)/ruff format --check .
-	$(BIN)/pyright
+	@failed=0; \
+	for tool in "ruff check ." "ruff format --check ." pyright; do \
+		echo "$(BIN)/$$tool"; $(BIN)/$$tool || failed=1; \
+	done; exit $$failed
 
 format: $(VENV)/.installed-$(subst $(comma),-,$(EXTRAS))  ## let ruff put the code in order
 	$(BIN)/ruff check --fix .
