@@ -155,13 +155,13 @@ class OracleTracker:
         self.predict(dt)
         for k in heeded:
             scan = np.asarray(detections[k], dtype=float).reshape(-1, 2)
-            looked_at = [track for track in self.tracks if contains[k](track.position)]
+            looked_at = [track.id for track in self.tracks if contains[k](track.position)]
             cov = np.asarray(noise_cov[k], dtype=float) / weights[k]
-            hit = self.associate(k, scan, looked_at, cov)
-            for track in looked_at:
+            hit = self.associate(k, scan, self.tracks, cov)  # a track just outside Φ_k can be hit, not missed
+            for track in self.tracks:
                 if track.id in hit:
                     self.hit(track, k, scan[hit[track.id]], cov, p_detect[k], beta_fp[k], weights[k])
-                else:
+                elif track.id in looked_at:
                     self.add_score(track, k, weights[k] * math.log(1.0 - p_detect[k]))
             birth_score = math.log(p_detect[k] * beta_nt[k] / beta_fp[k])
             for i in sorted(set(range(len(scan))) - set(hit.values())):

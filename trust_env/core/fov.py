@@ -49,6 +49,14 @@ def contains(world, k, x, y):
 
 
 @compiled
+def within_reach(world, k, x, y, margin):
+    """Whether a point lies within `margin` of the circle about Φ_k."""
+    pose, reach = floats2(world, F.pose), floats1(world, F.fov_radius)[k] + margin
+    dx, dy = x - pose[k, 0], y - pose[k, 1]
+    return dx * dx + dy * dy <= reach * reach
+
+
+@compiled
 def _in_shape(world, k, x, y):
     """Whether a point within the radius lies in a sector or polygon."""
     pose = floats2(world, F.pose)[k]

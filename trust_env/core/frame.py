@@ -11,6 +11,7 @@ from trust_env.core.sensing import place_agents, sense
 from trust_env.core.tracker import (
     CENTRAL,
     EMPTY,
+    IGNORED_WEIGHT,
     _clear_innovation,
     central_tracker,
     clear_tracker,
@@ -20,8 +21,6 @@ from trust_env.core.tracker import (
     predict_tracks,
     scan,
 )
-
-IGNORED_WEIGHT = 1e-3  # an agent that counts less does not count
 
 
 @compiled

@@ -95,7 +95,7 @@ ROW_FIELDS = {
 SCRATCH_FIELDS = {
     "pair_start": "i8 R+1", "pair_column": "i8 P", "pair_cost": "f8 P", "row_column": "i8 R", "column_row": "i8 C", "column_degree": "i8 C",
     "row_potential": "f8 R", "column_potential": "f8 C", "path_cost": "f8 C", "path_row": "i8 C", "touched": "i8 C", "done": "b1 C",
-    "scan_geometry": "f8 C 6", "scan_columns": "i8 C", "scan_gain": "f8 C", "rank": "f8 D", "scan_assignment": "i8 R", "listing": "i8 C", "estimates": "f8 R 2", "truths": "f8 C 2",
+    "scan_geometry": "f8 C 6", "scan_columns": "i8 C", "scan_inside": "b1 C", "scan_gain": "f8 C", "rank": "f8 D", "scan_assignment": "i8 R", "listing": "i8 C", "estimates": "f8 R 2", "truths": "f8 C 2",
 }  # fmt: skip
 
 METRICS = (

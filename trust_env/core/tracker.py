@@ -12,7 +12,7 @@ import numpy as np
 
 from trust_env.core import kalman
 from trust_env.core.association import NONE, most_pairs_then_least_cost
-from trust_env.core.fov import contains
+from trust_env.core.fov import contains, within_reach
 from trust_env.core.jit import compiled
 from trust_env.core.layout import (
     F,
@@ -32,6 +32,7 @@ from trust_env.core.sensing import DROPPED_BIRTHS, EVICTED_TRACKS
 
 EMPTY = 0
 CENTRAL = -1  # `agent` of the central tracker
+IGNORED_WEIGHT = 1e-3  # an agent that counts less does not count
 
 Tracker = namedtuple(
     "Tracker",
@@ -109,15 +110,15 @@ def scan(world, tracker, k, weight):
     seen = _gate(world, tracker, k, weight)
     detections, row_column = ints1(world, F.report_count)[k], ints1(world, F.row_column)
     gain, assignment = floats1(world, F.scan_gain), ints1(world, F.scan_assignment)
-    columns, column_row = ints1(world, F.scan_columns), ints1(world, F.column_row)
+    columns, column_row, inside = ints1(world, F.scan_columns), ints1(world, F.column_row), flags1(world, F.scan_inside)
     most_pairs_then_least_cost(world, detections, seen)
     for c in range(seen):
         j = columns[c]
-        if column_row[c] == NONE:
+        if column_row[c] != NONE:
+            _hit(world, tracker, k, weight, j, column_row[c])
+        elif inside[c]:
             gain[j] = weight * floats1(world, F.miss_gain)[k]
             tracker.score[j] += gain[j]
-        else:
-            _hit(world, tracker, k, weight, j, column_row[c])
     for d in range(detections):
         assignment[d] = columns[row_column[d]] if row_column[d] != NONE else NONE
     for d in range(detections):
@@ -127,16 +128,22 @@ def scan(world, tracker, k, weight):
 
 @compiled
 def _gate(world, tracker, k, weight):
-    """List the tracks that Φ_k contains, and the pairs whose d² lies within the gate; returns how many tracks those are."""
+    """List the tracks in reach of Φ_k, and the pairs whose d² lies within the gate; returns how many tracks those are.
+
+    A track just outside Φ_k can be hit, as its target may be inside, but not missed.
+    """
     noise, gate = floats3(world, F.noise_cov)[k], real(world, F.gate)
     points, detections = floats3(world, F.reports)[k], ints1(world, F.report_count)[k]
     columns, geometry = ints1(world, F.scan_columns), floats2(world, F.scan_geometry)
-    gain, mean = floats1(world, F.scan_gain), tracker.mean
+    gain, mean, inside = floats1(world, F.scan_gain), tracker.mean, flags1(world, F.scan_inside)
     seen = 0
     for j in range(tracker.columns[0]):
         gain[j] = 0.0
-        if tracker.status[j] != EMPTY and contains(world, k, mean[j, 0], mean[j, 1]):
-            xx, xy, yy, det = kalman.innovation_cov(tracker.cov[j], noise, weight)
+        if tracker.status[j] == EMPTY:
+            continue
+        xx, xy, yy, det = kalman.innovation_cov(tracker.cov[j], noise, weight)
+        inside[seen] = contains(world, k, mean[j, 0], mean[j, 1])
+        if inside[seen] or within_reach(world, k, mean[j, 0], mean[j, 1], math.sqrt(gate * (xx + yy))):
             geometry[seen, 0], geometry[seen, 1] = mean[j, 0], mean[j, 1]
             geometry[seen, 2], geometry[seen, 3], geometry[seen, 4] = yy / det, -2.0 * xy / det, xx / det  # S⁻¹
             geometry[seen, 5] = det
@@ -280,7 +287,7 @@ def _watched(world, tracker, j):
     if tracker.agent != CENTRAL:
         return contains(world, tracker.agent, x, y)
     for k in range(ints1(world, F.report_count).shape[0]):
-        if contains(world, k, x, y):
+        if floats1(world, F.agent_weight)[k] >= IGNORED_WEIGHT and contains(world, k, x, y):
             return True
     return False
 
