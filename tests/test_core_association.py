@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from typing import Any
 
 import numpy as np
 import pytest
@@ -73,7 +74,7 @@ def total(pairs, cost: np.ndarray) -> float:
 def best_by_enumeration(allowed: np.ndarray, cost: np.ndarray, unassigned_cost: float | None):
     """(number of pairs, cost) of the best partial one-to-one map, by trying all of them."""
     rows, columns = allowed.shape
-    best = None
+    best: Any = None
     for choice in itertools.product(range(-1, columns), repeat=rows):
         pairs = [(r, c) for r, c in enumerate(choice) if c >= 0]
         if len({c for _, c in pairs}) < len(pairs) or not all(allowed[pair] for pair in pairs):
