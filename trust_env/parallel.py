@@ -68,7 +68,7 @@ class TrustEnv(ParallelEnv):
         self._reward, self._metrics, self._frame = (
             arrays.reward[0],
             arrays.metrics[0, : len(INFO_KEYS)],
-            arrays.frame[0],
+            arrays.frame,
         )
         self._staged = np.zeros_like(self._action)
         self._staged_rows = list(self._staged)
@@ -116,7 +116,7 @@ class TrustEnv(ParallelEnv):
         self._stage(actions)
         self._action[...] = self._staged
         self.worlds.step()
-        over = bool(self._frame >= self.max_cycles)
+        over = bool(self._frame[0] >= self.max_cycles)
         observations = dict(zip(agents, self._observation.copy(), strict=True))
         rewards = dict(zip(agents, self._reward.tolist(), strict=True))
         result = (

@@ -37,7 +37,7 @@ def gospa(estimates: Any, truths: Any, cutoff: float, order: float = 2.0) -> Gos
 def ospa(estimates: Any, truths: Any, cutoff: float, order: float = 2.0) -> float:
     """OSPA of `estimates[n, 2]` and `truths[m, 2]`, in metres (Schuhmacher, Vo & Vo 2008, Eq. 3).
 
-        d^p = (min over assignments of Σ min(d(x_i, y_j), c)^p + c^p |n - m|) / max(n, m)     c cutoff, p order
+        d^p = (min over assignments of Σ min(d(x_i, y_j), c)^p + c^p |n - m|) / max(n, m)    c cutoff, p order
 
     0 of two empty sets, c when one is empty. Raises as `gospa` does. Stone Soup 1.9 picks the assignment that
     is best for p = 1 whatever p is, so that for p > 1 its value can lie above this minimum.

@@ -21,7 +21,7 @@ _run = Entry(_distances)
 def point_distances(
     estimates: np.ndarray, truths: np.ndarray, cutoff: float, order: float
 ) -> tuple[float, float, float, int]:
-    """GOSPA, OSPA, the localisation part of GOSPA^p, and assigned pairs; `estimates[n, 2]`, `truths[m, 2]`."""
+    """GOSPA, OSPA, the localisation part of GOSPA^p, assigned pairs; `estimates[n, 2]`, `truths[m, 2]`."""
     n, m = len(estimates), len(truths)
     layout = Layout(dict.fromkeys("KNDJLMAVTHO", 1) | {"R": max(1, n), "C": max(1, m), "P": max(1, n * m)})
     scratch = np.zeros(layout.scratch_bytes, dtype=np.uint8)
