@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.stats import chi2
 
 from trust_env.core import motion, sensing
 from trust_env.core.fov import CODES as FOV_CODES
@@ -166,7 +165,7 @@ class Pack:
         self.set(
             process_noise=t.process_noise,
             velocity_variance=t.initial_velocity_variance,
-            gate=chi2.ppf(t.gate, 2),
+            gate=-2.0 * math.log1p(-t.gate),
         )
         self.set(
             confirm_threshold=confirm,

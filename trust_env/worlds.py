@@ -84,6 +84,7 @@ class Worlds:
         self.arrays.dt[...] = self.scenario.dt
         self.arrays.active[...] = 1
         self._pool: ThreadPoolExecutor | None = None
+        self._pool_owner = 0
         self._evidence: Evidence | None = None
 
     @property
@@ -138,8 +139,9 @@ class Worlds:
             engine.advance(
                 self.rows, self.pack.params, self.scratch[0], self.pack.layout.table, 0, 0, stages
             )  # compile once
-        if self._pool is None:
+        if self._pool is None or self._pool_owner != os.getpid():  # threads do not survive a fork
             self._pool = ThreadPoolExecutor(self.threads - 1, thread_name_prefix="trust-env")
+            self._pool_owner = os.getpid()
         chunks = itertools.count(0, _CHUNK)  # next() is atomic: whoever is free takes the next chunk
         helpers = [self._pool.submit(self._take_chunks, chunks, stages, t) for t in range(1, self.threads)]
         self._take_chunks(chunks, stages, 0)

@@ -39,6 +39,8 @@ def gather_evidence(world):
             held[k, j] = False
             expected[k, j] = status[j] != EMPTY and contains(world, k, mean[j, 0], mean[j, 1])
             detected[k, j] = status[j] != EMPTY and _is_near(world, k, j)
+        for j in range(whole(world, F.columns), expected.shape[1]):
+            expected[k, j], detected[k, j], held[k, j] = False, False, False
         _match_local_tracks(world, k)
 
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
-from scipy.special import expit
 
 from trust_env.core.jit import compiled
 from trust_env.core.layout import F, flags1, floats1, ints1, whole
@@ -62,6 +61,8 @@ class Evidence:
     @property
     def existence_probability(self) -> np.ndarray:
         """1 / (1 + e^-L) `[W, J]` (Hallyburton & Pajic 2024, Eq. 3b)."""
+        from scipy.special import expit  # takes a tenth of a second to import
+
         return expit(self.score)
 
     @property
