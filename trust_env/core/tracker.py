@@ -214,12 +214,17 @@ def _start_track(world, tracker, k, weight, d):
 
 @compiled
 def _free_column(world, tracker):
-    """The lowest empty column; in a full store that of the lowest-scored tentative track, which is dropped; -1 if there is none."""
+    """The lowest empty column; in a full store that of the lowest-scored tentative track, which is dropped; -1 if there is none.
+
+    Of equal scores (all tracks born in one frame have theirs from L_0) the oldest gives way, whatever its column.
+    """
     weakest, low = NONE, np.inf
     for j in range(tracker.id.shape[0]):
         if tracker.status[j] == EMPTY:
             return j
-        if tracker.status[j] == TENTATIVE and tracker.score[j] < low:
+        if tracker.status[j] == TENTATIVE and (
+            tracker.score[j] < low or (tracker.score[j] == low and tracker.id[j] < tracker.id[weakest])
+        ):
             weakest, low = j, tracker.score[j]
     if weakest != NONE:
         ints1(world, F.overflow)[EVICTED_TRACKS] += 1

@@ -246,8 +246,6 @@ def _judge_tracks(world, listed):
                     _update(
                         track[j], 1.0 if seen else 0.0, confidence, switches[TRACK_BIAS], switches[BIAS_BELOW]
                     )
-        if ints1(world, F.belief_id)[j] < 0:
-            ints1(world, F.belief_id)[j] = ints1(world, F.track_id)[j]
 
 
 @compiled
@@ -313,6 +311,7 @@ def _conclude(world, listed):
             variance_of(track[j]),
         )
         publish[j] = mean_of(track[j]) >= ACCEPT
+        ints1(world, F.belief_id)[j] = ints1(world, F.track_id)[j]  # known from now on
     for k in range(shape0(world, F.agent_belief)):
         floats1(world, F.agent_trust)[k], floats1(world, F.agent_trust_var)[k] = (
             mean_of(agent[k]),
