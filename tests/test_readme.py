@@ -1,0 +1,94 @@
+"""The README's code runs, in order, as a reader would type it."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).resolve().parents[1]
+TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", TEXT, flags=re.MULTILINE | re.DOTALL)
+
+
+def blocks(language: str) -> list[str]:
+    return [body for name, body in BLOCKS if name == language]
+
+
+def named_file(body: str) -> str | None:
+    """The file that a block says it is, in a comment on its first line."""
+    match = re.match(r"# (\w+\.(?:py|yaml))\n", body)
+    return match.group(1) if match else None
+
+
+@pytest.fixture
+def reader(tmp_path, monkeypatch):
+    """A folder with the README's files in it, from which its modules can be imported."""
+    for _, body in BLOCKS:
+        if named_file(body):
+            (tmp_path / str(named_file(body))).write_text(body)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    yield tmp_path
+    sys.modules.pop("my_defense", None)
+
+
+def test_python_runs_and_prints_what_it_says(reader, capsys):
+    namespace: dict = {}
+    for body in blocks("python"):
+        exec(compile(body, named_file(body) or "README.md", "exec"), namespace)
+    printed = capsys.readouterr().out.splitlines()
+    shown = float(re.match(r"(\d+\.\d+) injected tracks shown per frame", printed[0]).group(1))
+    assert 0.0 <= shown <= 4.0
+    assert float(printed[1].split()[0]) >= 0.0
+    assert printed[2].startswith("[0 1] ")
+    assert printed[3] == "| field | entries | shape | meaning and scaling |"
+
+
+def test_the_defense_has_ten_lines_of_code(reader):
+    lines = [line for line in (reader / "my_defense.py").read_text().splitlines() if line.strip()]
+    body = lines[lines.index("class Agreement:") + 2 :]
+    assert len(body) <= 10
+
+
+def test_the_defense_can_be_named_on_the_command_line(reader):
+    import trust_env
+
+    env = trust_env.parallel_env("case1", "my_defense.py:Agreement(window=9)")
+    env.reset(seed=0)
+    assert env.worlds.defense.window == 9
+
+
+def test_the_scenario_file_is_valid(reader):
+    import trust_env
+
+    (name,) = [named_file(body) for body in blocks("yaml")]
+    scenario = trust_env.load_scenario(name)
+    assert scenario.horizon == yaml.safe_load((reader / str(name)).read_text())["horizon"]
+    assert scenario.roles == ("adversary", "benign", "benign", "benign")
+
+
+def test_every_command_exists():
+    """Words after `trust-env` in the shell blocks are commands, their options are known."""
+    from training.cli import main
+
+    commands = [
+        line.split("#")[0].split()[1]
+        for body in blocks("sh")
+        for line in body.splitlines()
+        if line.startswith("trust-env ")
+    ]
+    assert {"evaluate", "reproduce", "conform", "scenarios", "benchmark"} <= set(commands)
+    for command in dict.fromkeys(commands):
+        with pytest.raises(SystemExit) as stop:
+            main([command, "--help"])
+        assert stop.value.code == 0
+
+
+def test_make_targets_exist():
+    makefile = (ROOT / "Makefile").read_text()
+    for target in re.findall(r"^make (\w+)", "\n".join(blocks("sh")), flags=re.MULTILINE):
+        assert re.search(rf"^{target}:", makefile, flags=re.MULTILINE), target
