@@ -1,0 +1,108 @@
+"""The numbers that the authors' own code gives in the two case studies, from cdc2024.json beside this file."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+CASES = ("case1", "case2")
+N_AGENTS, TRUSTED = 3, 1  # the agent that has the strong prior in half of the panels
+PanelKey = tuple[str, bool]  # case, whether agent 1 has the strong prior
+
+
+@dataclass(frozen=True)
+class Object:
+    """What a track is of: a target or a false positive, and who sees it."""
+
+    kind: str  # "true" | "fp"
+    position: tuple[float, float]  # m
+    in_fov_of: tuple[int, ...]
+    detected_by: tuple[int, ...]
+
+    @property
+    def lone(self) -> bool:
+        """One agent sees the place, so nobody can agree or disagree."""
+        return len(self.in_fov_of) == 1
+
+    @property
+    def even_split(self) -> bool:
+        """As many agents report it as do not."""
+        return 2 * len(self.detected_by) == len(self.in_fov_of)
+
+    @property
+    def name(self) -> str:
+        seen = ", ".join(map(str, self.in_fov_of))
+        source = "target" if self.kind == "true" else f"FP of agent {self.detected_by[0]}"
+        return f"{source}, in view of {seen}"
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """Trust frame by frame: means of tracks[J, T] (NaN: no such track yet) and agents[K, T]."""
+
+    tracks: np.ndarray
+    agents: np.ndarray
+
+    @property
+    def ends(self) -> np.ndarray:
+        """Where tracks and then agents end, [J + K]."""
+        return np.concatenate([self.tracks[:, -1], self.agents[:, -1]])
+
+
+@cache
+def _published() -> dict[str, Any]:
+    return json.loads(files(__package__).joinpath("cdc2024.json").read_text(encoding="utf-8"))
+
+
+def _panel_data(key: PanelKey) -> dict[str, Any]:
+    case, trusted = key
+    return next(p for p in _published()["panels"] if p["case"] == case and bool(p["trusted"]) == trusted)
+
+
+def panel_keys() -> tuple[PanelKey, ...]:
+    return tuple((p["case"], bool(p["trusted"])) for p in _published()["panels"])
+
+
+def objects(case: str) -> tuple[Object, ...]:
+    """The objects of a case, in the order of the tracks of its panels."""
+    return tuple(
+        Object(t["kind"], tuple(t["position"]), tuple(t["in_fov_of"]), tuple(t["detected_by"]))
+        for t in _panel_data((case, False))["tracks"]
+    )
+
+
+def published_panels() -> dict[PanelKey, Panel]:
+    return {key: _panel(_panel_data(key)) for key in panel_keys()}
+
+
+def _panel(data: dict[str, Any]) -> Panel:
+    tracks, agents = (
+        np.array([row["mean"] for row in data[name]], dtype=float) for name in ("tracks", "agents")
+    )
+    return Panel(tracks, agents)
+
+
+def final_beliefs(key: PanelKey) -> np.ndarray:
+    """α and β of tracks and then agents after the last frame, [J + K, 2]."""
+    data = _panel_data(key)
+    return np.array([row["final"] for name in ("tracks", "agents") for row in data[name]])
+
+
+def evidence(key: PanelKey) -> list[dict[str, Any]]:
+    """The evidence that the authors' tracker gave their estimator, frame by frame, as `trust_env.replay_evidence` takes it."""
+    tracks, out = _panel_data(key)["tracks"], []
+    for frame in range(_published()["frames"]):
+        ids = [i for i, track in enumerate(tracks) if track["first_frame"] <= frame]
+        expected, detected = (
+            np.array([[k in tracks[i][name] for i in ids] for k in range(N_AGENTS)], dtype=bool).reshape(
+                N_AGENTS, -1
+            )
+            for name in ("in_fov_of", "detected_by")
+        )
+        out.append({"track_id": ids, "expected": expected, "detected": detected, "held": detected})
+    return out
