@@ -1,0 +1,72 @@
+"""Checks of the parameters of policies: each names the parameter, the value and what was expected."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from numbers import Integral, Real
+from typing import Any
+
+from trust_env.errors import suggestion
+
+
+def refuse(policy: str, name: str, value: Any, expected: str) -> ValueError:
+    """The error to raise for a parameter that does not fit."""
+    return ValueError(f"{policy}: {name} = {value!r}: expected {expected}")
+
+
+def whole(policy: str, name: str, value: Any, least: int) -> int:
+    """A whole number of at least `least`."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
+        raise refuse(policy, name, value, f"a whole number of at least {least}")
+    return int(value)
+
+
+def whole_or_none(policy: str, name: str, value: Any, least: int, meaning: str) -> int | None:
+    """A whole number of at least `least`, or None, which means what `meaning` says."""
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
+        raise refuse(policy, name, value, f"a whole number of at least {least}, or None: {meaning}")
+    return int(value)
+
+
+def share(policy: str, name: str, value: Any, zero: bool = False) -> float:
+    """A number above 0 (or from 0 on, with `zero`) and at most 1."""
+    number = _finite(value)
+    if number is None or not (number >= 0.0 if zero else number > 0.0) or number > 1.0:
+        raise refuse(
+            policy, name, value, "a number from 0 to 1" if zero else "a number above 0 and at most 1"
+        )
+    return number
+
+
+def share_or_none(policy: str, name: str, value: Any, meaning: str) -> float | None:
+    """A number from 0 to 1, or None, which means what `meaning` says."""
+    number = _finite(value)
+    if value is not None and (number is None or not 0.0 <= number <= 1.0):
+        raise refuse(policy, name, value, f"a number from 0 to 1, or None: {meaning}")
+    return number
+
+
+def length_or_none(policy: str, name: str, value: Any, unit: str, meaning: str) -> float | None:
+    """A number of at least 0, or None, which means what `meaning` says."""
+    number = _finite(value)
+    if value is not None and (number is None or number < 0.0):
+        raise refuse(policy, name, value, f"a number of at least 0 ({unit}), or None: {meaning}")
+    return number
+
+
+def one_of(policy: str, name: str, value: Any, known: Iterable[str]) -> str:
+    """One of the known names."""
+    names = tuple(known)
+    if value not in names:
+        raise refuse(policy, name, value, f"{suggestion(value, names)}one of {', '.join(names)}")
+    return value
+
+
+def _finite(value: Any) -> float | None:
+    """The value as a finite float; None for anything else."""
+    if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
+        return None
+    return float(value)

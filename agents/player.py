@@ -1,0 +1,99 @@
+"""A player plays all agents of an environment with policies, in one world or in a batch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, overload
+
+import numpy as np
+
+from agents.policy import PolicyContext, PolicyLike, check_knowledge, name_of
+from trust_env.action import action_table
+from trust_env.errors import unknown_name
+from trust_env.observation import ObservationTable
+from trust_env.scenario import Scenario
+
+ROLES = ("adversary", "benign")
+
+
+class Player:
+    """Actions for all agents of a `parallel_env` or a `vector_env`.
+
+        player = Player(env, {"adversary": "false_positive(n=2)"})
+        observations, infos = env.reset(seed=1)
+        while env.agents:
+            observations, rewards, terminated, truncated, infos = env.step(player.actions(observations))
+
+    policies: by role ("adversary", "benign") or by agent's name, which goes first; whoever is not named is
+    honest. Agents under one entry, or under one and the same object, form a coalition. The environment says
+    which worlds begin an episode, so there is nothing to reset here.
+    """
+
+    def __init__(self, env: Any, policies: Mapping[str, Any] | None = None):
+        self._env = getattr(env, "unwrapped", env)
+        self.scenario: Scenario = self._env.scenario
+        self.table: ObservationTable = self._env.observation_table
+        self.names = list(self.scenario.agent_names)
+        self.coalitions = _coalitions(self.scenario, policies or {})
+        for policy, _ in self.coalitions:
+            check_knowledge(policy, self.scenario)
+        self._action_size = action_table(self.scenario)["suppressions"].stop
+        self._began = False
+
+    @overload
+    def actions(self, observations: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]: ...
+    @overload
+    def actions(self, observations: np.ndarray) -> np.ndarray: ...
+    def actions(
+        self, observations: Mapping[str, np.ndarray] | np.ndarray
+    ) -> dict[str, np.ndarray] | np.ndarray:
+        """What all agents do on what they observe: a dict on a dict, float32[W, K, A] on [W, K, O]."""
+        if not isinstance(observations, Mapping):
+            return self._act(np.asarray(observations))
+        stacked = np.stack([observations[name] for name in self.names])
+        return dict(zip(self.names, self._act(stacked[None])[0], strict=True))
+
+    def _act(self, observations: np.ndarray) -> np.ndarray:
+        begins = self._env.arrays.frame.reshape(-1) == 0
+        if not self._began or begins.any():
+            self._reset(begins if self._began else np.ones_like(begins))
+        actions = np.zeros((*observations.shape[:2], self._action_size), dtype=np.float32)
+        for policy, agents in self.coalitions:
+            chosen = np.asarray(policy.act(observations[:, agents]))
+            expected = (len(observations), len(agents), self._action_size)
+            if chosen.shape != expected:
+                found = f"returned actions of shape {list(chosen.shape)}"
+                raise ValueError(
+                    f"policy {name_of(policy)!r} {found}; expected {list(expected)} (worlds, agents, entries)"
+                )
+            actions[:, agents] = chosen
+        return actions
+
+    def _reset(self, begins: np.ndarray) -> None:
+        arrays = self._env.arrays
+        seed, worlds, episodes = (
+            a.reshape(-1).copy() for a in (arrays.seed, arrays.world_id, arrays.episode)
+        )
+        for policy, agents in self.coalitions:
+            policy.reset(
+                PolicyContext(self.scenario, self.table, agents, int(seed[0]), worlds, episodes, begins)
+            )
+        self._began = True
+
+
+def _coalitions(scenario: Scenario, policies: Mapping[str, Any]) -> list[tuple[PolicyLike, np.ndarray]]:
+    """Policies and the indices of the agents that each plays."""
+    from agents import build_policy
+
+    names, roles = scenario.agent_names, scenario.roles
+    for key in policies:
+        if key not in ROLES and key not in names:
+            raise unknown_name("role or agent", key, [*ROLES, *names])
+    keys = [
+        name if name in policies else role if role in policies else None for name, role in zip(names, roles)
+    ]
+    built = {key: build_policy(policies[key] if key is not None else "honest") for key in dict.fromkeys(keys)}
+    members: dict[int, tuple[PolicyLike, list[int]]] = {}
+    for k, key in enumerate(keys):
+        members.setdefault(id(built[key]), (built[key], []))[1].append(k)
+    return [(policy, np.array(agents)) for policy, agents in members.values()]
