@@ -335,7 +335,8 @@ def test_full_stores_of_confirmed_tracks():
 
 
 @pytest.mark.core
-def test_targets_that_cross_the_edges_of_many_small_fovs():
+@pytest.mark.parametrize("gate", [0.3, 0.9999])
+def test_targets_that_cross_the_edges_of_many_small_fovs(gate):
     """A detection may lie outside the FOV by its noise, and the track that it hits still farther out."""
     fovs = [
         {"type": "circle", "radius": 60},
@@ -345,7 +346,7 @@ def test_targets_that_cross_the_edges_of_many_small_fovs():
     scenario = BUSY | {
         "area": [-150.0, 150.0, -150.0, 150.0],
         "sensor": {"sigma": None, "noise_cov": [[400.0, 190.0], [190.0, 100.0]], "p_detect": 1.0},
-        "tracker": {"beta_fp": 1e-5, "gate": 0.9999, "initial_velocity_variance": 9.0},
+        "tracker": {"beta_fp": 1e-5, "gate": gate, "initial_velocity_variance": 9.0},
         "agents": [
             {"role": "benign", "position": [x, y], "heading": x + y, "fov": fov}
             for x, y in ((-60, -50), (40, 30))

@@ -49,9 +49,9 @@ def contains(world, k, x, y):
 
 
 @compiled
-def within_reach(world, k, x, y, margin):
-    """Whether a point lies within `margin` of the circle about Φ_k."""
-    pose, reach = floats2(world, F.pose), floats1(world, F.fov_radius)[k] + margin
+def within_reach(world, k, x, y, reach):
+    """Whether a point lies within `reach` of agent k."""
+    pose = floats2(world, F.pose)
     dx, dy = x - pose[k, 0], y - pose[k, 1]
     return dx * dx + dy * dy <= reach * reach
 

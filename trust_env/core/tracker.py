@@ -128,7 +128,7 @@ def scan(world, tracker, k, weight):
 
 @compiled
 def _gate(world, tracker, k, weight):
-    """List the tracks in reach of Φ_k, and the pairs whose d² lies within the gate; returns how many tracks those are.
+    """List the tracks in Φ_k or in reach of a detection, and the pairs whose d² lies within the gate; returns how many tracks.
 
     A track just outside Φ_k can be hit, as its target may be inside, but not missed.
     """
@@ -136,14 +136,15 @@ def _gate(world, tracker, k, weight):
     points, detections = floats3(world, F.reports)[k], ints1(world, F.report_count)[k]
     columns, geometry = ints1(world, F.scan_columns), floats2(world, F.scan_geometry)
     gain, mean, inside = floats1(world, F.scan_gain), tracker.mean, flags1(world, F.scan_inside)
-    seen = 0
+    farthest, seen = _farthest_detection(world, k), 0
     for j in range(tracker.columns[0]):
         gain[j] = 0.0
         if tracker.status[j] == EMPTY:
             continue
         xx, xy, yy, det = kalman.innovation_cov(tracker.cov[j], noise, weight)
         inside[seen] = contains(world, k, mean[j, 0], mean[j, 1])
-        if inside[seen] or within_reach(world, k, mean[j, 0], mean[j, 1], math.sqrt(gate * (xx + yy))):
+        margin = math.sqrt(gate * (xx + yy))  # no detection within the gate is farther from the track
+        if inside[seen] or within_reach(world, k, mean[j, 0], mean[j, 1], farthest + margin):
             geometry[seen, 0], geometry[seen, 1] = mean[j, 0], mean[j, 1]
             geometry[seen, 2], geometry[seen, 3], geometry[seen, 4] = yy / det, -2.0 * xy / det, xx / det  # S⁻¹
             geometry[seen, 5] = det
@@ -162,6 +163,16 @@ def _gate(world, tracker, k, weight):
                 pairs += 1
     start[detections] = pairs
     return seen
+
+
+@compiled
+def _farthest_detection(world, k):
+    """Distance of the report's farthest detection from agent k, m; noise may have put it outside Φ_k."""
+    points, pose, squared = floats3(world, F.reports)[k], floats2(world, F.pose), 0.0
+    for d in range(ints1(world, F.report_count)[k]):
+        dx, dy = points[d, 0] - pose[k, 0], points[d, 1] - pose[k, 1]
+        squared = max(squared, dx * dx + dy * dy)
+    return math.sqrt(squared)
 
 
 @compiled
