@@ -1,4 +1,4 @@
-"""The program `trust-env`. What its commands call is imported when it is needed, so that it starts at once."""
+"""The program `trust-env`. What its commands call is imported when needed, so that it starts at once."""
 
 from __future__ import annotations
 

@@ -101,7 +101,7 @@ def conform(
     max_seconds: Annotated[float, arg(help="follow an episode for at most this long")] = 5.0,
     as_json: Json = False,
 ) -> int:
-    """Check environments: PettingZoo's tests by name, determinism, copies, memory. Exit code 1: one failed."""
+    """Check environments: PettingZoo's tests by name, determinism, copies, memory. Exit code 1: a failure."""
     from rich.console import Console
 
     from training.conform import conform as run

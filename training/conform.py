@@ -63,8 +63,8 @@ def conform(
 ) -> Conformance:
     """Run `trust_env.conformance.check` on scenarios x defenses, or on the environment that `env` makes.
 
-    scenarios, defenses: names in a text with commas, or a list; by default all that are built in (one that needs
-    a recording only with `data`). env: `my_file.py:make_env`, a function or class that returns a ParallelEnv.
+    scenarios, defenses: names in a text with commas, or a list; by default all built in (what needs a
+    recording only with `data`). env: `my_file.py:make_env`, a function or class that returns a ParallelEnv.
     attack: who plays the adversaries; by default all actions are random. max_seconds: of an episode.
     """
     if env is not None:

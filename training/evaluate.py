@@ -49,9 +49,9 @@ def evaluate(
     scenario: as `load_scenario` takes it; `knowledge`, `data` (the recording), `actuation` and `overrides`
     (by field, {"tracker.gate": 0.95}) change it. attacks, defenses: names, `trust(preset=cdc2024)`,
     `my_file.py:MyDefense`, in a text with commas or in a list, in which objects will do as well. Where an
-    attack needs a higher knowledge level than the scenario's, all cells are played at the least level that they
-    all need; `Results.notes` says so. out: a new or empty folder for results.parquet and results.json, to which
-    every finished cell is added at once; `resume` continues the run in it.
+    attack needs a higher knowledge level than the scenario's, all cells are played at the least that all
+    need; `Results.notes` says so. out: a new or empty folder for results.parquet and results.json, to which a
+    finished cell is added at once; `resume` continues the run in it.
 
     Raises ValueError for what cannot be played, OSError for a folder that cannot be written, both at once.
     """

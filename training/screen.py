@@ -32,6 +32,6 @@ def progress(title: str, total: int, shown: bool = True) -> Iterator[tuple[Calla
 
 
 def number(value: float) -> str:
-    """Three digits that count."""
+    """Three or four digits."""
     size = abs(value)
-    return f"{value:.0f}" if size >= 100 else f"{value:.1f}" if size >= 10 else f"{value:.2f}"
+    return f"{value:.{0 if size >= 100 else 1 if size >= 10 else 2 if size >= 1 else 3}f}"

@@ -22,7 +22,7 @@ HEADLINES = (
     "false_accusation_rate",
     "detection_delay",
 )
-_NAME_WIDTH, _METRIC_WIDTH = 26, 14  # columns with their frames
+_MOST_NAME, _METRIC, _FRAME = 30, 11, 3  # widths
 
 
 def print_results(results: Results, metrics: Sequence[str], console: Console) -> None:
@@ -39,12 +39,14 @@ def print_results(results: Results, metrics: Sequence[str], console: Console) ->
 
 def result_tables(results: Results, metrics: Sequence[str], width: int) -> Iterator[Table]:
     """Rows: cells; columns: metrics."""
-    fitting = max(1, (width - 2 * _NAME_WIDTH) // _METRIC_WIDTH)
+    names = [("attack", *(c.attack for c in results.cells)), ("defense", *(c.defense for c in results.cells))]
+    widths = [min(_MOST_NAME, max(map(len, column))) for column in names]
+    fitting = max(1, (width - 1 - sum(widths) - 2 * _FRAME) // (_METRIC + _FRAME))
     for first in range(0, len(metrics), fitting):
         shown = metrics[first : first + fitting]
         table = Table("attack", "defense", *[name.replace("_", " ") for name in shown])
-        for column in table.columns[:2]:
-            column.max_width, column.overflow = _NAME_WIDTH - 3, "fold"
+        for column, widest in zip(table.columns, widths):
+            column.width, column.overflow = widest, "fold"
         for column in table.columns[2:]:
             column.justify = "right"
         above = ""
