@@ -66,8 +66,8 @@ def list_registry(registry: Registry) -> dict[str, str]:
 def show_entry(kind: str, text: str, registry: Registry) -> dict[str, Any]:
     """Name, doc, knowledge, parameters and presets of an entry, or of one in a file (`my_file.py:Name`).
 
-    `parameters`: {name: {"default": value}}, without a default where one has to be given; `presets`: by name,
-    the parameters that it sets differently.
+    `parameters`: {name: {"default": value, "choices": [...]}}, without a default where one has to be given
+    and without choices where there is no list; `presets`: by name, the parameters that they set differently.
     """
     spec = parse(text)
     if spec.path is None and spec.name not in registry:
@@ -86,7 +86,7 @@ def _parameters(made: Any) -> dict[str, Any]:
     parameters: dict[str, dict[str, Any]] = {}
     for p in inspect.signature(made).parameters.values():
         if p.kind is p.VAR_KEYWORD:
-            parameters |= {name: {"default": value} for name, value in defaults.items()}
+            parameters |= {name: {"default": value} | _choices(name) for name, value in defaults.items()}
         elif p.kind is not p.VAR_POSITIONAL:
             parameters[p.name] = {} if p.default is p.empty else {"default": p.default}
     differing = {
@@ -94,6 +94,14 @@ def _parameters(made: Any) -> dict[str, Any]:
         for preset, values in presets.items()
     }
     return {"parameters": parameters} | ({"presets": differing} if presets else {})
+
+
+def _choices(switch: str) -> dict[str, list[str]]:
+    """What a switch of `trust` can be, where names are given to choose from."""
+    from trust_env.defenses import switches
+
+    known = switches._CHOICES.get(switch)
+    return {} if known is None else {"choices": list(known)}
 
 
 def _presets(made: Any) -> Mapping[str, Mapping[str, Any]]:

@@ -101,7 +101,8 @@ def _print_entry(entry: dict[str, Any], as_json: bool) -> None:
         print(f"knowledge: {entry['knowledge']}")
     print("parameters:" if entry["parameters"] else "parameters: none")
     for name, values in entry["parameters"].items():
-        print(f"  {name}" + (f" = {values['default']!r}" if "default" in values else "  (to be given)"))
+        default = f" = {values['default']!r}" if "default" in values else "  (to be given)"
+        print(f"  {name}{default}" + (f"  ({' | '.join(values['choices'])})" if "choices" in values else ""))
     for preset, values in entry.get("presets", {}).items():
         print(f"preset {preset}:" + ("" if values else " the defaults above"))
         for name, value in values.items():

@@ -62,7 +62,7 @@ def evaluate(
         contenders("defense", defenses, build_defense),
     )
     level = sufficient_knowledge(world, *(attacker.make() for attacker in attackers))
-    notes = () if level == world.knowledge else (_raised(world, level, attackers),)
+    notes = _notes(world, level, attackers)
     world = load_scenario(world, knowledge=level)
     run = _Run(
         world, attackers, defenders, _positive("episodes", episodes), checked_seed(seed), max_cycles, notes
@@ -78,12 +78,18 @@ def evaluate(
     return run.results()
 
 
-def _raised(scenario: Scenario, level: str, attackers: Iterable[Contender]) -> str:
-    needing = [a.name for a in attackers if sufficient_knowledge(scenario, a.make()) == level]
-    return (
-        f"knowledge: {scenario.knowledge} in the scenario, {level} here, for all cells: {', '.join(needing)} "
-        f"{'needs' if len(needing) == 1 else 'need'} it (truth and detections are the same at every level)"
-    )
+def _notes(scenario: Scenario, level: str, attackers: list[Contender]) -> tuple[str, ...]:
+    """What the reader of the results has to know."""
+    notes: list[str] = []
+    if level != scenario.knowledge:
+        needing = [a.name for a in attackers if sufficient_knowledge(scenario, a.make()) == level]
+        notes.append(
+            f"knowledge: {scenario.knowledge} in the scenario, {level} here for all cells, needed by "
+            f"{', '.join(needing)} (truth and detections are the same at every level)"
+        )
+    if "adversary" not in scenario.roles:
+        notes.append(f"{scenario.name} has no adversaries, so that all attacks come to the same")
+    return tuple(notes)
 
 
 class _Run:
