@@ -13,6 +13,7 @@ from agents.phantoms import hit_rates
 from agents.policy import CANDIDATE, FIRE, Policy, PolicyContext
 
 CANDIDATES = 512  # places that are compared
+CHUNK = 32  # worlds at a time, so that the candidates of many worlds need not fit into memory at once
 WELL_INSIDE = 0.05  # share of the distance to the middle of an FOV
 
 
@@ -40,8 +41,9 @@ class SharedPhantoms(Policy):
 
     def choose(self, seen: dict[str, np.ndarray]) -> np.ndarray:
         new = np.flatnonzero(self.frame == 0)
-        if new.size and self._phantoms:
-            self._place(new, {name: values[new] for name, values in seen.items()})
+        for first in range(0, new.size if self._phantoms else 0, CHUNK):
+            rows = new[first : first + CHUNK]
+            self._place(rows, {name: values[rows] for name, values in seen.items()})
         fire = self.reported & (self.frame >= self.start)[:, None, None]
         if fire.any() and (self._hit_rate < 1.0).any():
             fire = fire & (self.draw(FIRE, fire.shape[2]) < self._hit_rate[:, None])
@@ -62,11 +64,10 @@ class SharedPhantoms(Policy):
         )
 
     def _candidates(self, rows: np.ndarray, pose: np.ndarray) -> np.ndarray:
-        """Uniform points [w, C, 2] (m), by turns in the box that all FOVs' boxes share and in one of the FOVs."""
+        """Uniform points [w, C, 2] (m), by turns in the box that the FOVs' boxes share and in an FOV."""
         agents = len(self.context.agents)
-        draws = self.draw(CANDIDATE, 3 * CANDIDATES, rows, self.context.agents[:1]).reshape(
-            len(rows), CANDIDATES, 3
-        )
+        draws = self.draw(CANDIDATE, 3 * CANDIDATES, rows, self.context.agents[:1])
+        draws = draws.reshape(len(rows), CANDIDATES, 3)
         box = self.fovs.boxes(pose)  # [w, n, 4]
         low, high = box[..., 0::2].max(axis=1)[:, None], box[..., 1::2].min(axis=1)[:, None]  # [w, 1, 2]
         shared = low + draws[..., :2] * (high - low)

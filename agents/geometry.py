@@ -55,7 +55,7 @@ class Fovs:
         return len(self.reach)
 
     def contains(self, pose: np.ndarray, points: np.ndarray, margin: float = 0.0) -> np.ndarray:
-        """Φ(points) bool[..., n, P], for pose[..., n, 4] and points[..., n, P, 2] (or [..., 1, P, 2]: for all).
+        """Φ(points), bool[..., n, P], for pose[..., n, 4] and points[..., n, P, 2] (n may be 1: for all).
 
         With a margin only what stays inside when it moves away from the middle by that share of its distance.
         """
@@ -69,9 +69,8 @@ class Fovs:
             off = _wrapped(np.arctan2(v, u) - self.axis[:, None])
             inside &= (np.abs(off) <= half) | (half >= np.pi) | ((u == 0.0) & (v == 0.0))
         if self.polygon.any():
-            for a in range(
-                self.corners.shape[1]
-            ):  # edges of length 0, where there are no more corners, exclude nothing
+            # Edges of length 0, where there are no more corners, exclude nothing.
+            for a in range(self.corners.shape[1]):
                 start = self.corners[:, a, None, :]
                 edge = self.corners[:, (a + 1) % self.corners.shape[1], None, :] - start
                 inside &= edge[..., 0] * (v - start[..., 1]) - edge[..., 1] * (u - start[..., 0]) >= 0.0
@@ -90,7 +89,7 @@ class Fovs:
         return box
 
     def _arc(self, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Local u, v [..., n, 6]: the ends of a sector's arc and its outermost points (for those it lacks, the apex)."""
+        """Local u, v [..., n, 6]: the ends of a sector's arc and its outermost points, or the apex."""
         compass = np.arange(4) * (np.pi / 2.0) - np.arctan2(pose[..., 3], pose[..., 2])[..., None]
         axis, half = self.axis[:, None], self.half_width[:, None]
         ends = np.broadcast_to(axis + half * np.array([1.0, -1.0]), (*compass.shape[:-1], 2))
@@ -128,7 +127,7 @@ def _opening(fov: Fov) -> tuple[float, float]:
 
 
 def _middle(fov: Fov) -> tuple[float, float]:
-    """A point well inside, m: mean of a polygon's corners, or a sector's centroid, 2/3 r sin(h)/h on its axis."""
+    """A point well inside, m: mean of a polygon's corners; a sector's centroid, 2/3 r sin(h)/h away."""
     if fov.type == "polygon":
         x, y = np.mean(fov.vertices or ((0.0, 0.0),), axis=0)
         return float(x), float(y)

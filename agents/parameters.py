@@ -61,7 +61,8 @@ def one_of(policy: str, name: str, value: Any, known: Iterable[str]) -> str:
     """One of the known names."""
     names = tuple(known)
     if value not in names:
-        raise refuse(policy, name, value, f"{suggestion(value, names)}one of {', '.join(names)}")
+        hint = suggestion(value, names).strip()
+        raise refuse(policy, name, value, f"one of {', '.join(names)}" + (f"; {hint}" if hint else ""))
     return value
 
 

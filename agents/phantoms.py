@@ -8,6 +8,7 @@ import numpy as np
 
 from agents.parameters import length_or_none, one_of, refuse, share_or_none, whole, whole_or_none
 from agents.policy import FIRE, MOVE, PLACE, Policy, PolicyContext
+from trust_env.scenario import Scenario
 
 MOTIONS = ("static", "constant_velocity", "random_walk")
 
@@ -49,29 +50,26 @@ class FalsePositive(Policy):
         self.hit_rate = share_or_none(self.name, "hit_rate", hit_rate, "the sensor's P_D")
 
     def prepare(self, context: PolicyContext) -> None:
-        slots = context.scenario.injection.slots
-        if self.n is not None and self.n > slots:
-            raise refuse(
-                self.name,
-                "n",
-                self.n,
-                f"at most {slots}, the injection slots of scenario {context.scenario.name!r}",
-            )
-        self._hit_rate = hit_rates(context, self.hit_rate)
-        self._case = [
-            [c.position for c in context.scenario.injections if c.agent == k] for k in context.agents
-        ]
+        case = [[c.position for c in context.scenario.injections if c.agent == k] for k in context.agents]
         self._replays = bool(context.scenario.injections)
-        budget = int(self.injections.max(initial=0))
-        phantoms = max(map(len, self._case)) if self._replays else budget if self.n is None else self.n
-        self.position = np.zeros((len(context.worlds), len(context.agents), phantoms, 2))
+        phantoms = max(map(len, case)) if self._replays else self._count(context.scenario)
+        self._hit_rate = hit_rates(context, self.hit_rate)
+        self._exists = np.ones((len(case), phantoms), dtype=bool)
+        self.position = np.zeros((len(context.worlds), len(case), phantoms, 2))
         self.velocity = np.zeros_like(self.position)
-        self._exists = np.ones(self.position.shape[1:3], dtype=bool)
         if self._replays:
-            self._exists = np.arange(phantoms) < np.array([[len(own)] for own in self._case])
-            self.position[self._exists[None].repeat(len(context.worlds), axis=0)] = np.tile(
-                [place for own in self._case for place in own] or np.zeros((0, 2)), (len(context.worlds), 1)
-            )
+            for i, own in enumerate(case):
+                self._exists[i] = np.arange(phantoms) < len(own)
+                self.position[:, i, : len(own)] = np.array(own).reshape(-1, 2)
+
+    def _count(self, scenario: Scenario) -> int:
+        """Phantoms per adversary."""
+        if self.n is None:
+            return int(self.injections.max(initial=0))
+        if self.n > scenario.injection.slots:
+            slots = f"at most {scenario.injection.slots}, the injection slots of scenario {scenario.name!r}"
+            raise refuse(self.name, "n", self.n, slots)
+        return self.n
 
     def choose(self, seen: dict[str, np.ndarray]) -> np.ndarray:
         if not self._replays:

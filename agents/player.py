@@ -31,6 +31,8 @@ class Player:
 
     def __init__(self, env: Any, policies: Mapping[str, Any] | None = None):
         self._env = getattr(env, "unwrapped", env)
+        if not all(hasattr(self._env, name) for name in ("scenario", "observation_table", "arrays")):
+            raise TypeError(f"a player plays a parallel_env or a vector_env of trust_env; got {env!r}")
         self.scenario: Scenario = self._env.scenario
         self.table: ObservationTable = self._env.observation_table
         self.names = list(self.scenario.agent_names)

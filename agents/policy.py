@@ -136,7 +136,7 @@ class Policy:
         fire: np.ndarray | None = None,
         suppress: np.ndarray | None = None,
     ) -> np.ndarray:
-        """Actions from metres, within budget: positions[W, n, P, 2] where fire[W, n, P]; suppress[W, n, D]."""
+        """Actions from metres, in budget: positions[W, n, P, 2] where fire[W, n, P], suppress[W, n, D]."""
         if positions is not None and positions.shape[-2] == 0:
             positions = None
         if positions is not None:
@@ -161,7 +161,7 @@ def check_knowledge(policy: Any, scenario: Scenario) -> None:
     if KNOWLEDGE[scenario.knowledge] < KNOWLEDGE[needed]:
         raise ValueError(
             f"policy {name_of(policy)!r} needs knowledge level {needed!r}, but scenario {scenario.name!r} "
-            f"gives {scenario.knowledge!r}; set knowledge={needed}, as in '{scenario.name}(knowledge={needed})'"
+            f"gives {scenario.knowledge!r}; give more with '{scenario.name}(knowledge={needed})'"
         )
 
 
