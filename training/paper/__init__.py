@@ -1,4 +1,6 @@
-"""Hallyburton & Pajic 2024, "Bayesian Methods for Trust in Collaborative Multi-Agent Autonomy": its numbers and claims, and ours.
+"""The paper's results and ours, one file per part.
 
-One file per part: `published` (the authors' numbers), `theorem` (Sec. III), `panels` (Sec. V, simulated), `claims` (what holds).
+Hallyburton & Pajic 2024, "Bayesian Methods for Trust in Collaborative Multi-Agent Autonomy". `published`: the
+authors' numbers; `theorem`: Sec. III, simulated; `panels`: Sec. V, simulated; `theory_claims` and
+`trust_claims`: what the paper says of them, with verdicts; `tables`: all of it on the screen.
 """

@@ -1,4 +1,4 @@
-"""The numbers that the authors' own code gives in the two case studies, from cdc2024.json beside this file."""
+"""The numbers that the authors' own code gives in the two case studies, from cdc2024.json."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Panel:
 
 @cache
 def _published() -> dict[str, Any]:
-    return json.loads(files(__package__).joinpath("cdc2024.json").read_text(encoding="utf-8"))
+    return json.loads(files("training.paper").joinpath("cdc2024.json").read_text(encoding="utf-8"))
 
 
 def _panel_data(key: PanelKey) -> dict[str, Any]:
@@ -94,7 +94,7 @@ def final_beliefs(key: PanelKey) -> np.ndarray:
 
 
 def evidence(key: PanelKey) -> list[dict[str, Any]]:
-    """The evidence that the authors' tracker gave their estimator, frame by frame, as `trust_env.replay_evidence` takes it."""
+    """What the authors' tracker told their estimator, as `trust_env.replay_evidence` takes it."""
     tracks, out = _panel_data(key)["tracks"], []
     for frame in range(_published()["frames"]):
         ids = [i for i, track in enumerate(tracks) if track["first_frame"] <= frame]

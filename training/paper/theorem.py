@@ -28,11 +28,15 @@ OTHERS_FRAMES = 24  # beyond the last finite frame of the table
 
 @dataclass(frozen=True)
 class TheoremRow:
-    """Frames to confirm, counted from 1, infinity: never. `order`: adversaries first or last among the agents.
+    """Frames until an FP is confirmed, counted from 1, infinity: never.
 
-    theorem: T_min of Theorem 1; bound: ceil(T_seq), its exact form; recursion: `score_optimal_frames`; simulated: the optimal attack in the
-    environment; earliest_other: the earliest of the other policies over all seeds; excess: the most that any frame of any of these
-    attacks added to a score beyond Prop. 2 (nats; at most 0).
+    order           whether the adversaries come "first" or "last" among the agents
+    theorem         T_min of Theorem 1
+    bound           ⌈T_seq⌉, its exact form
+    recursion       of the score with the filter's own S, `score_optimal_frames`
+    simulated       the optimal attack in the environment
+    earliest_other  the earliest of other policies (earliest_policy) over all seeds
+    excess          nats, the most that a frame of these attacks added to a score, beyond Prop. 2: at most 0
     """
 
     n_adversaries: int
@@ -61,7 +65,7 @@ class TheoremRow:
         return self.exact and self.bounded
 
 
-def theorem_table(seeds: int, advance: Callable[[int], Any] = lambda _: None) -> list[TheoremRow]:
+def theorem_rows(seeds: int, advance: Callable[[int], Any] = lambda _: None) -> list[TheoremRow]:
     """The whole table, `seeds` worlds for every policy; `advance(1)` is called after every row."""
     rows = []
     for n_adversaries, n_benign, order in theorem_cells():
@@ -99,7 +103,7 @@ def theorem_row(n_adversaries: int, n_benign: int, order: str, seeds: int) -> Th
     )
 
 
-def theory_arguments(scenario: Scenario) -> tuple[dict[str, float], dict[str, Any]]:
+def theory_arguments(scenario: Scenario) -> tuple[dict[str, Any], dict[str, Any]]:
     """What the theory needs to know of a scenario: beliefs and thresholds, and the filter."""
     tracker, belief = scenario.tracker, scenario.agent(0).belief
     densities = {"p_detect": belief.p_detect, "beta_fp": belief.beta_fp, "beta_nt": belief.beta_nt}
@@ -114,7 +118,7 @@ def theory_arguments(scenario: Scenario) -> tuple[dict[str, float], dict[str, An
 
 
 def first_confirmed(scenario: Scenario, policy: str, worlds: int, frames: int) -> tuple[float, float]:
-    """The earliest frame, from 1, that confirms a track in any world, and the most that a frame added to a score (nats)."""
+    """The earliest frame that confirms a track in any world; the most that a frame added to a score, nats."""
     venv = VectorEnv(scenario, "score", worlds, max_cycles=frames, threads=1, autoreset=False)
     player, first, gain = Player(venv, {"adversary": policy}), math.inf, -math.inf
     observations, _ = venv.reset(seed=0)

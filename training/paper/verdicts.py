@@ -1,0 +1,30 @@
+"""A claim of the paper, and what was found of it."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Whether a claim holds for a source: "theory", "published" (the authors' numbers), an estimator of ours.
+
+    expected: whether it is known to hold; where it is known not to, `note` says why, and nothing is wrong
+    with the reproduction.
+    """
+
+    section: str
+    claim: str
+    source: str
+    holds: bool
+    expected: bool
+    numbers: str
+    note: str = ""
+
+    @property
+    def as_known(self) -> bool:
+        return self.holds == self.expected
+
+    def to_dict(self) -> dict[str, Any]:
+        return asdict(self) | {"verdict": "holds" if self.holds else "does not hold"}
