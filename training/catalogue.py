@@ -6,7 +6,6 @@ import inspect
 from collections.abc import Mapping
 from typing import Any
 
-from training.conform import needs_recording
 from trust_env.errors import unknown_name
 from trust_env.scenario import ScenarioError, load_scenario, scenario_fields, scenarios
 from trust_env.scenario_yaml import write_yaml
@@ -18,6 +17,12 @@ Registry = Mapping[str, type]
 def list_scenarios() -> dict[str, str]:
     """Descriptions by name."""
     return {name: str(scenario_fields(name)["description"]) for name in scenarios()}
+
+
+def needs_recording(scenario: Any) -> bool:
+    """Whether a recording, `targets.data`, decides fields of the scenario, and is not given."""
+    fields = scenario_fields(scenario)
+    return fields["targets"]["data"] is None and (fields["horizon"] is None or fields["area"] is None)
 
 
 def show_scenario(source: str, data: str | None = None) -> dict[str, Any]:

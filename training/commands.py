@@ -114,6 +114,34 @@ def conform(
     return 0 if found.ok else 1
 
 
+def reproduce(
+    out: Annotated[
+        Path | None, arg(help="folder for the figures; by default results/paper, or none without matplotlib")
+    ] = None,
+    seeds: Annotated[int, arg(help="worlds whose mean stands for a panel")] = 64,
+    as_json: Json = False,
+) -> int:
+    """The paper's Theorem 1 and trust panels, ours beside the published numbers. Exit code 1: they differ."""
+    from importlib.util import find_spec
+
+    from rich.console import Console
+
+    from training.reproduce import reproduce as run
+
+    if out is None and find_spec("matplotlib") is not None:
+        out = Path("results/paper")
+    elif out is None:
+        print(
+            "trust-env: no figures, as matplotlib is missing: pip install 'trust-env[plot]'", file=sys.stderr
+        )
+    report = run(out, seeds)
+    if as_json:
+        print(json.dumps(report.to_dict(), indent=2, allow_nan=False))
+    else:
+        report.print(Console())
+    return 0 if report.ok else 1
+
+
 def settings_of(texts: tuple[str, ...]) -> dict[str, Any]:
     """{"tracker.gate": 0.95} from tracker.gate=0.95, values read as YAML."""
     from trust_env.scenario_yaml import read_yaml
@@ -129,4 +157,8 @@ def settings_of(texts: tuple[str, ...]) -> dict[str, Any]:
     return found
 
 
-COMMANDS: dict[str, Callable[..., int | None]] = {"evaluate": evaluate, "conform": conform}
+COMMANDS: dict[str, Callable[..., int | None]] = {
+    "evaluate": evaluate,
+    "reproduce": reproduce,
+    "conform": conform,
+}

@@ -13,9 +13,11 @@ from rich.table import Table
 from rich.text import Text
 
 import trust_env
+from agents import Player, build_policy, sufficient_knowledge
+from training.catalogue import needs_recording
 from training.screen import progress as progress_bar
 from trust_env.conformance import CHECKS, Report, check, random_policy
-from trust_env.scenario import load_scenario, scenario_fields
+from trust_env.scenario import load_scenario
 from trust_env.spec import load_object, parse, split_specs
 
 
@@ -72,9 +74,7 @@ def conform(
             raise ValueError("env is checked as it is; expected no scenario, defense or attack beside it")
         subjects = [(env, _factory(env), None)]
     else:
-        subjects = _built_in(
-            _names(scenarios) or _playable(data), _names(defenses) or trust_env.defenses(), data
-        )
+        subjects = _built_in(_names(scenarios) or _playable(data), _names(defenses), data, attack)
     policy = random_policy if attack is None else functools.partial(_attacked, attack)
     reports: list[Report] = []
     with progress_bar("conform", len(subjects) * len(CHECKS), progress) as (advance, tell):
@@ -101,19 +101,17 @@ def _playable(data: str | Path | None) -> list[str]:
     return [name for name in trust_env.scenarios() if data is not None or not needs_recording(name)]
 
 
-def needs_recording(scenario: Any) -> bool:
-    """Whether a recording, `targets.data`, decides fields of the scenario, and is not given."""
-    fields = scenario_fields(scenario)
-    return fields["targets"]["data"] is None and (fields["horizon"] is None or fields["area"] is None)
-
-
-def _built_in(scenarios: Iterable[Any], defenses: Iterable[Any], data: str | Path | None) -> list[Any]:
+def _built_in(
+    scenarios: Iterable[Any], defenses: Iterable[Any], data: str | Path | None, attack: str | None
+) -> list[Any]:
     """Name, factory of the parallel form and factory of the AEC form, for every pair."""
+    policies = () if attack is None else (build_policy(attack),)
     subjects = []
     for source in scenarios:
         recording = {"targets.data": data} if data is not None and needs_recording(source) else {}
         scenario = load_scenario(source, **recording)
-        for defense in defenses:
+        scenario = load_scenario(scenario, knowledge=sufficient_knowledge(scenario, *policies))
+        for defense in defenses or trust_env.defenses():
             trust_env.parallel_env(scenario, defense).close()  # what cannot be built is the caller's fault
             makes = (
                 functools.partial(make, scenario, defense) for make in (trust_env.parallel_env, trust_env.env)
@@ -132,7 +130,5 @@ def _factory(text: str) -> Any:
 
 def _attacked(attack: str, env: Any, seed: int) -> Any:
     """Adversaries play `attack`; benign agents are honest."""
-    from agents import Player
-
     player = Player(env, {"adversary": attack})
     return lambda observations, infos: player.actions(observations)
