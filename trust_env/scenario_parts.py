@@ -114,5 +114,4 @@ class Metrics(Part):
     match_distance: Positive  # m
     cutoff: Positive  # m, c of GOSPA and OSPA
     order: Annotated[Real, Field(ge=1)]  # p
-    alpha: Annotated[Real, Field(gt=0, le=2)]
     accuse_below: Probability
