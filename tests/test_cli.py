@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+import training
 import trust_env
 from agents import POLICIES
 from training.cli import main
@@ -60,7 +61,7 @@ def test_every_command_has_help(cli, command):
 
 
 def test_all_promised_commands_are_there():
-    assert set(COMMANDS) >= {"evaluate", "reproduce", "conform"}
+    assert set(COMMANDS) >= {"evaluate", "reproduce", "conform", "benchmark"}
 
 
 def test_help_starts_at_once_and_loads_nothing_heavy():
@@ -388,6 +389,33 @@ def test_conform_refuses(cli, tmp_path):
         code, _, err = cli("conform", *arguments)
         assert code == 2
         assert text in err
+
+
+class _Outcome:
+    """Stands for what `reproduce` and `benchmark` return, which have tests of their own."""
+
+    def __init__(self, ok, *given):
+        self.ok, self.given = ok, given
+
+    def to_dict(self):
+        return {"ok": self.ok, "given": [str(g) for g in self.given]}
+
+    def print(self, console):
+        console.print(f"ok: {self.ok}")
+
+
+@pytest.mark.parametrize(("command", "arguments", "given"), [
+    ("reproduce", ("--out", "figures", "--seeds", "3"), ["figures", "3"]),
+    ("benchmark", ("--quick",), ["True"]),
+])  # fmt: skip
+def test_reports_become_text_json_and_exit_codes(cli, monkeypatch, command, arguments, given):
+    getattr(training, command)  # imports the module of that name
+    module = sys.modules[f"training.{command}"]
+    for ok, code in ((True, 0), (False, 1)):
+        monkeypatch.setattr(module, command, lambda *a, ok=ok: _Outcome(ok, *a))
+        assert cli(command, *arguments) == (code, f"ok: {ok}\n", "")
+        found = cli(command, *arguments, "--json")
+        assert (found[0], json.loads(found[1])) == (code, {"ok": ok, "given": given})
 
 
 def test_metrics_in_help_are_those_there_are(cli):

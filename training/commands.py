@@ -76,8 +76,8 @@ def evaluate(
             max_cycles=max_cycles,
             overrides=settings_of(settings),
         )
-    except KeyboardInterrupt:
-        if out is not None:
+    except (KeyboardInterrupt, OSError):
+        if out is not None and (out / "results.parquet").is_file():
             print(f"trust-env: the finished cells are in {out}; --resume continues", file=sys.stderr)
         raise
     if as_json:
@@ -142,6 +142,25 @@ def reproduce(
     return 0 if report.ok else 1
 
 
+def benchmark(
+    quick: Annotated[
+        bool, arg(help="shorter turns, and no compiling: some ten seconds instead of minutes")
+    ] = False,
+    as_json: Json = False,
+) -> int:
+    """Speed, as ratios to peers timed in the same run. Exit code 1: a ratio is below what is wanted."""
+    from rich.console import Console
+
+    from training.benchmark import benchmark as run
+
+    timings = run(quick)
+    if as_json:
+        print(json.dumps(timings.to_dict(), indent=2, allow_nan=False))
+    else:
+        timings.print(Console())
+    return 0 if timings.ok else 1
+
+
 def settings_of(texts: tuple[str, ...]) -> dict[str, Any]:
     """{"tracker.gate": 0.95} from tracker.gate=0.95, values read as YAML."""
     from trust_env.scenario_yaml import read_yaml
@@ -161,4 +180,5 @@ COMMANDS: dict[str, Callable[..., int | None]] = {
     "evaluate": evaluate,
     "reproduce": reproduce,
     "conform": conform,
+    "benchmark": benchmark,
 }
