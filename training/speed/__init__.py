@@ -1,0 +1,1 @@
+"""What `benchmark` times: our own subjects, their peers, and how."""

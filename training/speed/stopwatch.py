@@ -1,0 +1,78 @@
+"""Rates of several subjects, measured by turns, so that other work on the machine slows all alike."""
+
+from __future__ import annotations
+
+import gc
+import statistics
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+Run = Callable[[int], None]
+"""Runs so many frames."""
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Median, least and greatest over the repetitions."""
+
+    median: float
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, values: Sequence[float]) -> Spread:
+        return cls(statistics.median(values), min(values), max(values))
+
+    def to_dict(self) -> dict[str, float]:
+        return asdict(self)
+
+
+def measure(
+    subjects: Mapping[str, Run],
+    repetitions: int,
+    seconds: float,
+    advance: Callable[[int], Any] = lambda _: None,
+) -> dict[str, list[float]]:
+    """Frames per second of every subject in every repetition: A B C A B C ..., each about `seconds` long.
+
+    `advance(1)` is called after every turn; in one more turn than there are repetitions they warm up.
+    """
+    frames = {}
+    for name, run in subjects.items():
+        frames[name] = _frames_in(run, seconds)
+        advance(1)
+    rates: dict[str, list[float]] = {name: [] for name in subjects}
+    for _ in range(repetitions):
+        for name, run in subjects.items():
+            rates[name].append(frames[name] / _time(run, frames[name]))
+            advance(1)
+    return rates
+
+
+def ratio(rates: Mapping[str, Sequence[float]], ours: str, peer: str) -> Spread:
+    """How many times as fast, repetition by repetition."""
+    return Spread.of([a / b for a, b in zip(rates[ours], rates[peer], strict=True)])
+
+
+def _frames_in(run: Run, seconds: float) -> int:
+    """How many frames fit into so many seconds, at least one; everything is warm after that."""
+    run(1)
+    frames, taken = 1, _time(run, 1)
+    while taken < seconds / 4:
+        frames *= 2
+        taken = _time(run, frames)
+    return max(1, round(frames * seconds / taken))
+
+
+def _time(run: Run, frames: int) -> float:
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        start = time.perf_counter()
+        run(frames)
+        return time.perf_counter() - start
+    finally:
+        if collecting:
+            gc.enable()

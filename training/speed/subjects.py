@@ -1,0 +1,92 @@
+"""What of ours is timed. Actions are random, drawn before the clock starts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from training.speed.stopwatch import Run
+from trust_env import engine
+from trust_env.parallel import parallel_env
+from trust_env.scenario import Scenario, load_scenario
+from trust_env.vector import VectorEnv
+from trust_env.worlds import Worlds
+
+_DRAWN = 32  # frames of actions, used by turns
+
+
+def parallel_subject(scenario: str) -> Run:
+    """Steps of one world behind the PettingZoo face, resets included."""
+    env = parallel_env(scenario)
+    rng = np.random.default_rng(0)
+    size = env.action_space(env.possible_agents[0]).shape[0]
+    drawn = rng.uniform(-1.0, 1.0, (_DRAWN, len(env.possible_agents), size)).astype(np.float32)
+    actions = [dict(zip(env.possible_agents, frame, strict=True)) for frame in drawn]
+    env.reset(seed=0)
+
+    def run(frames: int) -> None:
+        for frame in range(frames):
+            if not env.agents:
+                env.reset()
+            env.step(actions[frame % _DRAWN])
+
+    return run
+
+
+def vector_subject(venv: VectorEnv) -> Run:
+    """Steps of a batch, its automatic resets included; a frame is a frame of one world."""
+    rng = np.random.default_rng(0)
+    drawn = rng.uniform(-1.0, 1.0, (4, *venv.arrays.action.shape)).astype(np.float32)
+    venv.reset(seed=0)
+
+    def run(frames: int) -> None:
+        for step in range(-(-frames // venv.num_worlds)):
+            venv.step(drawn[step % len(drawn)])
+
+    return run
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """An honest episode as the centre receives it: reports[T, K, D, 2] (m), counts[T, K], poses[K, 3]."""
+
+    scenario: Scenario
+    reports: np.ndarray
+    counts: np.ndarray
+    poses: np.ndarray
+
+    def detections(self, frame: int) -> list[np.ndarray]:
+        """One array [n_k, 2] per agent."""
+        return [reports[:n] for reports, n in zip(self.reports[frame], self.counts[frame], strict=True)]
+
+
+def record(scenario: str) -> Recorded:
+    """The first episode of seed 0."""
+    venv = VectorEnv(scenario, "score", 1, autoreset=False)
+    venv.reset(seed=0)
+    a, reports, counts = venv.arrays, [], []
+    for _ in range(venv.max_cycles):
+        venv.step(np.zeros(a.action.shape, dtype=np.float32))
+        reports.append(a.reports[0].copy())
+        counts.append(a.report_count[0].copy())
+    return Recorded(load_scenario(scenario), np.stack(reports), np.stack(counts), a.pose[0].copy())
+
+
+def centre_subject(recorded: Recorded) -> Run:
+    """The fusion centre on recorded detections, a kernel call a frame: trackers, evidence, trust, picture."""
+    worlds = Worlds(recorded.scenario, "trust", 1, threads=1)
+    a = worlds.arrays
+    every = np.ones(1, dtype=bool)
+
+    def run(frames: int) -> None:
+        for step in range(frames):
+            frame = step % len(recorded.reports)
+            if frame == 0:
+                worlds.start(every)
+                a.pose[0] = recorded.poses
+            a.reports[0], a.report_count[0] = recorded.reports[frame], recorded.counts[frame]
+            worlds.run_frame(engine.TRACK, 0)
+            a["frame"][...] += 1
+
+    return run
