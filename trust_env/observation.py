@@ -119,7 +119,7 @@ class ObservationTable(Mapping[str, Field]):
         `agents`: the agents' indices, to be broadcast against the leading axes of `observation` (their FOVs scale what is relative).
         """
         raw = {
-            f.name: observation[..., f.slice].reshape(*observation.shape[:-1], *f.shape).astype(np.float64)
+            f.name: observation[..., f.slice].reshape((*observation.shape[:-1], *f.shape)).astype(np.float64)
             for f in self.values()
         }
         scales = self.scales

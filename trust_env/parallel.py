@@ -72,7 +72,7 @@ class TrustEnv(ParallelEnv):
         )
         self._staged = np.zeros_like(self._action)
         self._staged_rows = list(self._staged)
-        self._flat, self._zeros = self._staged.reshape(-1), np.zeros(self._staged.size)
+        self._flat, self._finite = self._staged.reshape(-1), np.zeros(self._staged.size, dtype=bool)
 
     @property
     def arrays(self) -> Arrays:
@@ -96,12 +96,12 @@ class TrustEnv(ParallelEnv):
         options: {"world": w, "episode": e} replays one evaluated episode; unknown options are ignored.
         """
         options, arrays = options or {}, self.worlds.arrays
-        world, episode = _index(options, "world", arrays.world_id[0, ...]), _index(options, "episode", None)
-        if seed is not None or not self._started:
+        fresh = seed is not None or not self._started  # then seed and options alone decide what begins
+        world = _index(options, "world", 0 if fresh else arrays.world_id[0, ...])
+        episode = _index(options, "episode", 0 if fresh else arrays.episode[0, ...] + 1)
+        if fresh:
             arrays.seed[...] = checked_seed(seed)
-            arrays.episode[...] = 0 if episode is None else episode
-        else:
-            arrays.episode[...] = arrays.episode + 1 if episode is None else episode
+        arrays.episode[...] = episode
         arrays.world_id[...] = world
         self.worlds.start(np.ones(1, dtype=bool))
         self._started = True
@@ -137,12 +137,12 @@ class TrustEnv(ParallelEnv):
         return {agent: dict(zip(INFO_KEYS, values, strict=True)) for agent in self.agents}
 
     def _stage(self, actions: Mapping[str, Any]) -> None:
-        """Copy the actions aside, checked. The dot product with zeros is zero exactly when all of them are finite."""
-        shape = self._zeros.shape[0] // len(self._staged_rows)
+        """Copy the actions aside, checked."""
+        shape = self._staged.shape[1]
         try:
             for agent, row in zip(self.agents, self._staged_rows, strict=True):
                 action = actions[agent]
-                if type(action) is not np.ndarray or action.shape != (shape,):
+                if type(action) is not np.ndarray or action.shape != (shape,) or action.dtype.char not in "fd":
                     action = _as_action(agent, action, shape)
                 row[...] = action
         except KeyError:
@@ -155,7 +155,7 @@ class TrustEnv(ParallelEnv):
             ) from None
         if len(actions) != len(self._staged_rows):
             raise self._unfit_agents(actions)
-        if self._flat.dot(self._zeros) != 0.0:
+        if b"\0" in np.isfinite(self._flat, self._finite).tobytes():  # half the time of .all()
             k, entry = np.argwhere(~np.isfinite(self._staged))[0]
             raise ValueError(
                 f"the action of {self.agents[k]} must be finite; entry {entry} is {self._staged[k, entry]}"
@@ -232,7 +232,7 @@ class TrustEnv(ParallelEnv):
             "_staged",
             "_staged_rows",
             "_flat",
-            "_zeros",
+            "_finite",
             "state_table",
         )
         return {name: value for name, value in self.__dict__.items() if name not in bound} | {

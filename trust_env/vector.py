@@ -63,13 +63,13 @@ class VectorEnv:
         """
         options, arrays = options or {}, self.worlds.arrays
         fresh = seed is not None or not self._started
-        if fresh:
-            arrays.seed[...] = checked_seed(seed)
-            arrays.world_id[...] = np.arange(self.num_worlds).reshape(arrays.world_id.shape)
-        arrays.episode[...] = 0 if fresh else arrays.episode + 1
-        for name, field in (("worlds", arrays.world_id), ("episodes", arrays.episode)):
-            if name in options:
-                field[...] = self._indices(name, options[name]).reshape(field.shape)
+        number = checked_seed(seed) if fresh else arrays.seed.copy()
+        worlds = np.arange(self.num_worlds) if fresh else arrays.world_id.copy()
+        episodes = np.zeros_like(worlds) if fresh else arrays.episode + 1
+        worlds = self._indices("worlds", options["worlds"]) if "worlds" in options else worlds
+        episodes = self._indices("episodes", options["episodes"]) if "episodes" in options else episodes
+        arrays.seed[...] = number  # only now, when all of it has been checked
+        arrays.world_id[...], arrays.episode[...] = worlds, episodes
         self.worlds.start(np.ones(self.num_worlds, dtype=bool))
         self._started = True
         return arrays.observation.copy(), self._info()
