@@ -147,6 +147,8 @@ def test_auroc_by_hand():
     positive = np.array([1, 1, 0, 1, 1, 0, 0], dtype=bool)
     np.testing.assert_array_equal(auroc(worlds, scores, positive, 4), [0.75, 0.5, NAN, NAN])
     assert np.isnan(auroc(worlds[:0], scores[:0], positive[:0], 2)).all()
+    found = auroc(np.array([0, 0, 1, 1]), np.array([0.1, 0.5, 0.5, 0.9]), np.array([False, True] * 2), 2)
+    assert found.tolist() == [1.0, 1.0]  # equal scores of different worlds are no tie
 
 
 def test_auroc_counts_pairs():
@@ -207,7 +209,7 @@ def _by_hand():
     metrics, a = EpisodeMetrics(SimpleNamespace(worlds=worlds, autoreset=False)), worlds.arrays
     for frame in range(1, 13):
         worlds.now = _frame(
-            false_tracks=(2.0 if frame >= 4 else 0.0, 0.0),
+            false_tracks=(2.0 if frame >= 3 else 0.0, 0.0),
             injected_tracks=(1.0 if frame >= 4 else 0.0, 0.0),
             missing_targets=(1.0, 0.0),
             visible_targets=(4.0 if frame < 12 else 6.0, 0.0),
@@ -228,10 +230,10 @@ def test_episode_metrics_by_hand():
     found = {name: values[0] for name, values in _by_hand().items()}
     assert found == pytest.approx(
         {
-            "false_tracks_per_frame": 2 * 9 / 12,
+            "false_tracks_per_frame": 2 * 10 / 12,
             "injected_tracks_per_frame": 9 / 12,
             "missing_targets_per_frame": 1.0,
-            "damage_per_frame": 2.5,
+            "damage_per_frame": 1 + 20 / 12,
             "missing_fraction": 2 / (4 + 6),  # frames 11 and 12
             "gospa": 6.5,
             "ospa": 2.0,
