@@ -12,6 +12,7 @@ import numpy as np
 
 from trust_env import engine
 from trust_env.core.layout import METRICS, ROW
+from trust_env.core.score import CONFIRMED
 from trust_env.defenses import BuiltIn, Defense, Evidence, Shape, Verdict, build_defense, fits_publication
 from trust_env.packing import Pack
 from trust_env.scenario import Scenario, load_scenario
@@ -206,11 +207,11 @@ class Worlds:
         ):
             if getattr(verdict, name) is not None:
                 a[name][...] = self._checked(name, getattr(verdict, name), shape, unit=True)
-        default = fits_publication(self.evidence().confirmed, a.track_trust)
-        publish = default if verdict.publish is None else self._checked("publish", verdict.publish, tracks)
-        a.publish[...] = publish.astype(bool) & self.evidence().confirmed
         if verdict.keep is not None:
             a.keep[...] = self._checked("keep", verdict.keep, tracks).astype(bool)
+        kept = self.evidence().confirmed | ((self.evidence().status == CONFIRMED) & a.keep)
+        publish = fits_publication(kept, a.track_trust) if verdict.publish is None else self._checked("publish", verdict.publish, tracks)
+        a.publish[...] = publish.astype(bool) & kept
         weight = (
             np.where(np.isnan(a.agent_trust), 1.0, a.agent_trust)
             if verdict.agent_weight is None
@@ -219,16 +220,19 @@ class Worlds:
         a.agent_weight[...] = np.nan_to_num(self._checked("agent_weight", weight, agents, unit=True), nan=1.0)
 
     def _checked(self, name: str, value: Any, shape: tuple[int, ...], unit: bool = False) -> np.ndarray:
-        who = type(self.defense).__name__
-        array = np.asarray(value)
+        what = f"{type(self.defense).__name__}: {name}"
+        try:
+            array = np.asarray(value)
+        except ValueError as error:
+            raise ValueError(f"{what} must be an array of shape {list(shape)}: {error}") from None
         if array.shape != shape:
-            raise ValueError(
-                f"{who}: {name} must have shape {list(shape)} (worlds, {'tracks' if 'track' in name else 'columns'}), not {list(array.shape)}"
-            )
-        if unit and not np.all(np.isnan(array) | ((array >= 0.0) & (array <= 1.0))):
-            raise ValueError(
-                f"{who}: {name} must lie in [0, 1] (NaN: no opinion); found {array[~((array >= 0) & (array <= 1))][0]}"
-            )
+            axes = "agents" if name.startswith("agent") else "tracks"
+            raise ValueError(f"{what} must have shape {list(shape)} (worlds, {axes}), not {list(array.shape)}")
+        if array.dtype.kind not in "fiub":
+            raise ValueError(f"{what} must hold numbers or truth values, not {array.dtype}")
+        fits = np.isnan(array) | ((array >= 0.0) & (array <= 1.0))
+        if unit and not fits.all():
+            raise ValueError(f"{what} must lie in [0, 1] (NaN: no opinion); found {array[~fits][0]}")
         return array
 
     def metrics(self) -> dict[str, np.ndarray]:
