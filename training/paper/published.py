@@ -37,8 +37,8 @@ class Object:
     @property
     def name(self) -> str:
         seen = ", ".join(map(str, self.in_fov_of))
-        source = "target" if self.kind == "true" else f"FP of agent {self.detected_by[0]}"
-        return f"{source}, in view of {seen}"
+        source = "target" if self.kind == "true" else f"FP by {self.detected_by[0]}"
+        return f"{source} in view of {seen}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -46,7 +46,7 @@ def panel_table(panels: Mapping[str, Mapping[PanelKey, Panel]]) -> Table:
         table.add_column(name, justify="right")
     for key in panel_keys():
         rows = zip(curve_names(key[0]), *(panels[source][key].ends for source in SHOWN), strict=True)
-        label = f"{key[0]}, {'agent 1 trusted' if key[1] else 'no prior'}"
+        label = f"{key[0]}, {'prior on 1' if key[1] else 'no prior'}"
         for name, *values in rows:
             table.add_row(label, name, *(f"{value:.3f}" for value in values))
             label = ""
