@@ -200,7 +200,7 @@ class Comparison:
                 contributed = [track.contributed.get(k, 0.0) for k in range(len(agents))]
                 self.close(f"{name}, contributions to track {track.id}", agents, contributed)
         if prefix == "track":
-            assert self.env.arrays.next_id[w] == tracker.next_id
+            assert self.env.arrays.next_id[w, 0] == tracker.next_id
             self.seen["births"] = max(self.seen["births"], tracker.next_id)
             self.seen["deleted"] = max(self.seen["deleted"], tracker.next_id - len(tracker.tracks))
 

@@ -14,7 +14,7 @@ from trust_env.core.layout import F, World, flags1, floats1, ints1, whole
 from trust_env.core.outcome import REMOVE, WEIGHT, publish_picture, score_picture
 from trust_env.core.score import CONFIRMED
 from trust_env.core.sensing import locate_fovs
-from trust_env.core.tracker import central_tracker, drop_track
+from trust_env.core.store import CENTRAL, drop_track, n_columns
 from trust_env.defenses.majority import judge_majority, reset_majority
 from trust_env.defenses.trust import judge_trust, reset_trust
 from trust_env.defenses.verdict import clear_verdict
@@ -70,10 +70,10 @@ def _publish(world):
 @compiled
 def _remove_distrusted(world):
     """`remove`: confirmed tracks that are not fit for publication leave the tracker, after the frame has been scored."""
-    central, publish = central_tracker(world), flags1(world, F.publish)
-    for j in range(central.columns[0] - 1, -1, -1):
-        if central.status[j] == CONFIRMED and not publish[j]:
-            drop_track(central, j)
+    status, publish = ints1(world, F.track_status), flags1(world, F.publish)
+    for j in range(n_columns(world, CENTRAL) - 1, -1, -1):
+        if status[j] == CONFIRMED and not publish[j]:
+            drop_track(world, CENTRAL, j)
 
 
 @compiled

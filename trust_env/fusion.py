@@ -208,7 +208,7 @@ def _judge_frame(worlds: Worlds, frame: Mapping[str, np.ndarray]) -> ReplayedFra
     columns = np.array([known[i] if i in known else next(free) for i in ids.tolist()], dtype=np.int64)
     a.track_id[0, columns], a.track_status[0, columns], a.track_doomed[...] = ids, CONFIRMED, False
     a.track_age[0, columns] += 1
-    a.columns[...] = columns.max(initial=-1) + 1
+    a.columns[:, 0] = columns.max(initial=-1) + 1
     for name in ("expected", "detected", "held"):
         a[name][...] = False
         a[name][0][:, columns] = frame[name].astype(bool)

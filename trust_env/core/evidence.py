@@ -25,7 +25,7 @@ from trust_env.core.layout import (
     whole,
 )
 from trust_env.core.score import CONFIRMED
-from trust_env.core.tracker import EMPTY
+from trust_env.core.store import EMPTY, n_columns
 
 
 @compiled
@@ -71,7 +71,7 @@ def _match_local_tracks(world, k):
     central, local = floats2(world, F.track_mean), floats3(world, F.local_mean)[k]
     listed = list_confirmed(world)
     reach, rows, pairs = real(world, F.hold_distance), 0, 0
-    for a in range(ints1(world, F.local_columns)[k]):
+    for a in range(n_columns(world, k)):
         if local_status[a] != CONFIRMED:
             continue
         start[rows] = pairs

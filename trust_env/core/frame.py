@@ -8,27 +8,16 @@ from trust_env.core.jit import compiled
 from trust_env.core.layout import F, flags1, floats1, floats2, ints1, ints2, shape0, whole
 from trust_env.core.motion import move_targets, place_targets
 from trust_env.core.sensing import place_agents, sense
-from trust_env.core.tracker import (
-    CENTRAL,
-    EMPTY,
-    IGNORED_WEIGHT,
-    _clear_innovation,
-    central_tracker,
-    clear_tracker,
-    drop_doomed,
-    end_frame,
-    local_tracker,
-    predict_tracks,
-    scan,
-)
+from trust_env.core.store import CENTRAL, EMPTY, clear_innovation, clear_store, drop_doomed, n_columns
+from trust_env.core.tracker import IGNORED_WEIGHT, end_frame, predict_tracks, scan
 
 
 @compiled
 def start_episode(world):
     """Empty trackers, agents and targets in place, and the first look."""
-    clear_tracker(central_tracker(world))
+    clear_store(world, CENTRAL)
     for k in range(shape0(world, F.pose)):
-        clear_tracker(local_tracker(world, k))
+        clear_store(world, k)
         ints1(world, F.report_count)[k] = 0
         floats1(world, F.agent_weight)[k] = 1.0
     ints1(world, F.frame)[0] = 0
@@ -49,26 +38,25 @@ def edit_and_track(world):
 @compiled
 def track(world):
     """Step 2 alone, on the reports as they stand."""
-    for k in range(shape0(world, F.pose)):
-        local = local_tracker(world, k)
-        predict_tracks(world, local)
-        scan(world, local, k, 1.0)
-        end_frame(world, local)
-        drop_doomed(local)
-    central = central_tracker(world)
-    predict_tracks(world, central)
+    agents = shape0(world, F.pose)
+    for k in range(agents):
+        predict_tracks(world, k)
+        scan(world, k, k, 1.0)
+        end_frame(world, k)
+        drop_doomed(world, k)
+    predict_tracks(world, CENTRAL)
     if whole(world, F.full_evidence):
-        for k in range(shape0(world, F.pose)):
-            for j in range(central.columns[0]):
-                _clear_innovation(world, k, j)
-    for k in range(shape0(world, F.pose)):
-        _take_report(world, central, k)
-    end_frame(world, central)
+        for k in range(agents):
+            for j in range(n_columns(world, CENTRAL)):
+                clear_innovation(world, k, j)
+    for k in range(agents):
+        _take_report(world, k)
+    end_frame(world, CENTRAL)
     gather_evidence(world)
 
 
 @compiled
-def _take_report(world, central, k):
+def _take_report(world, k):
     """The central tracker takes agent k's report, and the books are kept on who contributed what."""
     assignment, of_scan = ints2(world, F.assignment), ints1(world, F.scan_assignment)
     detections, weight = ints1(world, F.report_count)[k], floats1(world, F.agent_weight)[k]
@@ -76,13 +64,13 @@ def _take_report(world, central, k):
         for d in range(detections):
             assignment[k, d] = -1
         return
-    scan(world, central, k, weight)
+    scan(world, CENTRAL, k, weight)
     gain, agent_score, injected = (
         floats1(world, F.scan_gain),
         floats2(world, F.agent_score),
         ints1(world, F.track_injected_hits),
     )
-    for j in range(central.columns[0]):
+    for j in range(n_columns(world, CENTRAL)):
         agent_score[k, j] += gain[j]
     for d in range(detections):
         assignment[k, d] = max(of_scan[d], -1)
@@ -94,11 +82,9 @@ def _take_report(world, central, k):
 def delete_tracks(world):
     """Delete what the tracker gave up, unless the defense keeps it."""
     keep, doomed = flags1(world, F.keep), flags1(world, F.track_doomed)
-    central = central_tracker(world)
-    for j in range(central.columns[0]):
-        if central.status[j] != EMPTY and doomed[j] and keep[j]:
-            doomed[j] = False
-    drop_doomed(central)
+    for j in range(n_columns(world, CENTRAL)):
+        doomed[j] = doomed[j] and not keep[j]
+    drop_doomed(world, CENTRAL)
 
 
 @compiled

@@ -74,8 +74,8 @@ ROW_FIELDS = {
     "raw_count": "i8 K", "raw_detections": "f8 K D 2", "raw_origin": "i8 K D",
     "report_count": "i8 K", "reports": "f8 K D 2", "report_origin": "i8 K D", "overflow": "i8 4",
     # trackers: the central one and one per agent
-    "columns": "i8", "next_id": "i8", **_tracker_fields("track", "J"), "track_injected_hits": "i8 J",
-    "local_columns": "i8 K", "local_next_id": "i8 K", **_tracker_fields("local", "K L"),
+    "columns": "i8 K+1", "next_id": "i8 K+1", **_tracker_fields("track", "J"), "track_injected_hits": "i8 J",
+    **_tracker_fields("local", "K L"),
     # evidence
     "expected": "b1 K J", "detected": "b1 K J", "held": "b1 K J", "assignment": "i8 K D", "agent_score": "f8 K J",
     # verdict and picture
@@ -162,35 +162,78 @@ class Layout:
 # --- cutting views inside kernels ---------------------------------------------------------------------------------------------
 
 
+def _build_array(context, builder, array_type, itemsize, address, shape):
+    """An array view at an address, built in registers: no call, no reference count."""
+    strides = [itemsize]
+    for length in reversed(shape[1:]):
+        strides.insert(0, builder.mul(strides[0], length))
+    array = make_array(array_type)(context, builder)
+    data = builder.inttoptr(address, context.get_data_type(array_type.dtype).as_pointer())
+    populate_array(array, data=data, shape=shape, strides=strides, itemsize=itemsize, meminfo=None)
+    return array._getvalue()
+
+
+def _load_entry(builder, layout, field, count):
+    """The first `count` numbers of a field's line in the layout; it never changes, so loads of it may be merged and moved."""
+    word, constant = ir.IntType(64), builder.module.add_metadata([])
+    line = builder.gep(builder.inttoptr(layout, word.as_pointer()), [builder.mul(field, word(6))])
+    entry = [builder.load(builder.gep(line, [word(i)])) for i in range(count)]
+    for loaded in entry:
+        loaded.set_metadata("invariant.load", constant)
+    return entry
+
+
+def _array_type(dtype: Any, ndim: int) -> Any:
+    return types.Array(numba.from_dtype(np.dtype(dtype)), ndim, "C")
+
+
+_WORLD_TYPE = types.NamedUniTuple(types.int64, 4, World)
+
+
 def _view_in_kernel(dtype: Any, ndim: int) -> Any:
-    """An intrinsic `(world, field) -> array`: the view is built in registers, without a call and without reference counts."""
-    array_type = types.Array(numba.from_dtype(np.dtype(dtype)), ndim, "C")
+    """An intrinsic `(world, field) -> array`."""
+    array_type, itemsize = _array_type(dtype, ndim), np.dtype(dtype).itemsize
 
     def codegen(context, builder, signature, args):
         word = ir.IntType(64)
-        world, field = args
-        row, params, scratch, layout = (builder.extract_value(world, i) for i in range(4))
-        entry = builder.gep(builder.inttoptr(layout, word.as_pointer()), [builder.mul(field, word(6))])
-        buffer, offset, *shape = (builder.load(builder.gep(entry, [word(i)])) for i in range(2 + ndim))
+        row, params, scratch, layout = (builder.extract_value(args[0], i) for i in range(4))
+        buffer, offset, *shape = _load_entry(builder, layout, args[1], 2 + ndim)
         is_row, is_params = (builder.icmp_signed("==", buffer, word(code)) for code in (ROW, PARAMS))
         base = builder.select(is_row, row, builder.select(is_params, params, scratch))
-        itemsize = word(np.dtype(dtype).itemsize)
-        strides = [itemsize]
-        for length in reversed(shape[1:]):
-            strides.insert(0, builder.mul(strides[0], length))
-        array = make_array(array_type)(context, builder)
-        data = builder.inttoptr(builder.add(base, offset), context.get_data_type(array_type.dtype).as_pointer())
-        populate_array(array, data=data, shape=shape, strides=strides, itemsize=itemsize, meminfo=None)
-        return array._getvalue()
+        return _build_array(context, builder, array_type, word(itemsize), builder.add(base, offset), shape)
 
     def view(typingctx, world, field):
-        return array_type(types.NamedUniTuple(types.int64, 4, World), types.int64), codegen
+        return array_type(_WORLD_TYPE, types.int64), codegen
+
+    return intrinsic(view)
+
+
+def _tracker_view_in_kernel(dtype: Any, ndim: int) -> Any:
+    """An intrinsic `(world, tracker, field) -> array`: the central tracker's field (tracker -1), or the same of agent `tracker`'s own."""
+    array_type, itemsize = _array_type(dtype, ndim), np.dtype(dtype).itemsize
+
+    def codegen(context, builder, signature, args):
+        word = ir.IntType(64)
+        world, tracker, field = args
+        row, layout = builder.extract_value(world, 0), builder.extract_value(world, 3)
+        _, central, *shape = _load_entry(builder, layout, field, 2 + ndim)
+        _, first, _, columns = _load_entry(builder, layout, builder.add(field, word(_LOCAL)), 4)
+        stride = builder.mul(columns, word(itemsize))
+        for length in shape[1:]:
+            stride = builder.mul(stride, length)
+        is_local = builder.icmp_signed(">=", tracker, word(0))
+        offset = builder.select(is_local, builder.add(first, builder.mul(tracker, stride)), central)
+        shape[0] = builder.select(is_local, columns, shape[0])
+        return _build_array(context, builder, array_type, word(itemsize), builder.add(row, offset), shape)
+
+    def view(typingctx, world, tracker, field):
+        return array_type(_WORLD_TYPE, types.int64, types.int64), codegen
 
     return intrinsic(view)
 
 
 def _view_in_python(dtype: Any, ndim: int) -> Any:
-    """The same without the compiler (NUMBA_DISABLE_JIT=1)."""
+    """The same as `_view_in_kernel` without the compiler (NUMBA_DISABLE_JIT=1)."""
 
     def view(world, field):
         entry = np.frombuffer((ctypes.c_int64 * (6 * N_FIELDS)).from_address(int(world.layout)), np.int64).reshape(-1, 6)[field]
@@ -201,12 +244,22 @@ def _view_in_python(dtype: Any, ndim: int) -> Any:
     return view
 
 
-_view = _view_in_python if numba.config.DISABLE_JIT else _view_in_kernel  # pyright: ignore[reportAttributeAccessIssue]
+def _tracker_view_in_python(dtype: Any, ndim: int) -> Any:
+    central, local = _view_in_python(dtype, ndim), _view_in_python(dtype, ndim + 1)
+    return lambda world, tracker, field: central(world, field) if tracker < 0 else local(world, field + _LOCAL)[tracker]
+
+
+_LOCAL = F.local_id - F.track_id  # from a field of the central tracker to the same field of the local ones
+_JIT_OFF = bool(numba.config.DISABLE_JIT)  # pyright: ignore[reportAttributeAccessIssue]
+_view = _view_in_python if _JIT_OFF else _view_in_kernel
+_tracker_view = _tracker_view_in_python if _JIT_OFF else _tracker_view_in_kernel
 floats1, floats2, floats3, floats4 = (_view(np.float64, ndim) for ndim in (1, 2, 3, 4))
 ints1, ints2 = (_view(np.int64, ndim) for ndim in (1, 2))
 flags1, flags2 = (_view(np.bool_, ndim) for ndim in (1, 2))
 singles2 = _view(np.float32, 2)
 bytes1, bytes2 = (_view(np.uint8, ndim) for ndim in (1, 2))  # for their shapes
+tracker_floats1, tracker_floats2, tracker_floats3 = (_tracker_view(np.float64, ndim) for ndim in (1, 2, 3))
+tracker_ints1, tracker_flags1 = _tracker_view(np.int64, 1), _tracker_view(np.bool_, 1)
 
 
 @compiled
