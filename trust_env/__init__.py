@@ -1,6 +1,7 @@
 """trust-env: attack and defend a multi-agent tracking centre, as a PettingZoo environment.
 
-Names are imported when they are first used, so that `import trust_env` costs nothing: no compiler, no torch, no drawing library.
+Names are imported when they are first used, so that `import trust_env` costs nothing: no compiler, no torch,
+no drawing library.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Actions: one table, the spaces, and the way from metres to an action.
 
-`Box(-1, 1, (3M + D,))`: per injection slot `[fire, x, y]`, fired when `fire > 0`, x and y over the bounding box of the agent's FOV; then one entry per own
-detection slot, suppressed when > 0. The zero vector does nothing. Entries beyond an agent's budget have no effect.
+`Box(-1, 1, (3M + D,))`: per injection slot `[fire, x, y]`, fired when `fire > 0`, x and y over the bounding
+box of the agent's FOV; then one entry per own detection slot, suppressed when > 0. The zero vector does
+nothing. Entries beyond an agent's budget have no effect.
 """
 
 from __future__ import annotations
@@ -26,8 +27,9 @@ def action_table(scenario: Scenario) -> dict[str, slice]:
 def encode_action(scenario: Scenario, fov_box, positions=None, fire=None, suppress=None) -> np.ndarray:
     """Actions float32[..., A] from metres.
 
-    fov_box[..., 4]: x_min, x_max, y_min, y_max of the agent's FOV (`arrays.fov_box`, or `fov_box` below); positions[..., n, 2] (m) fill the first n
-    injection slots, fired where fire[..., n] (default: all); suppress bool[..., D].
+    fov_box[..., 4]: x_min, x_max, y_min, y_max of the agent's FOV (`arrays.fov_box`, or `fov_box` below);
+    positions[..., n, 2] (m) fill the first n injection slots, fired where fire[..., n] (default: all);
+    suppress bool[..., D].
     """
     table, box = action_table(scenario), np.asarray(fov_box, dtype=np.float64)
     out = np.zeros((*box.shape[:-1], table["suppressions"].stop), dtype=np.float32)

@@ -1,7 +1,7 @@
 """The engine: the stages of a frame chained into one kernel, run over a range of worlds.
 
-Every face of the product, the PettingZoo environment, the batch, the fusion centre on recorded detections and the replay of evidence, calls this
-kernel with the stages that it needs.
+Every face of the product, the PettingZoo environment, the batch, the fusion centre on recorded detections and
+the replay of evidence, calls this kernel with the stages that it needs.
 """
 
 from __future__ import annotations
@@ -69,7 +69,9 @@ def _publish(world):
 
 @compiled
 def _remove_distrusted(world):
-    """`remove`: confirmed tracks that are not fit for publication leave the tracker, after the frame has been scored."""
+    """`remove`: confirmed tracks that are not fit for publication leave the tracker, after the frame has been
+    scored.
+    """
     status, publish = ints1(world, F.track_status), flags1(world, F.publish)
     for j in range(n_columns(world, CENTRAL) - 1, -1, -1):
         if status[j] == CONFIRMED and not publish[j]:
@@ -103,10 +105,17 @@ def advance_world(world, stages):
 
 def _advance(rows, params, scratch, layout, first, last, stages):
     for w in range(first, last):
-        world = World(np.int64(rows[w].ctypes.data), np.int64(params.ctypes.data), np.int64(scratch.ctypes.data), np.int64(layout.ctypes.data))
+        world = World(
+            np.int64(rows[w].ctypes.data),
+            np.int64(params.ctypes.data),
+            np.int64(scratch.ctypes.data),
+            np.int64(layout.ctypes.data),
+        )
         if ints1(world, F.active)[0] != 0:
             advance_world(world, stages)
 
 
 advance = Entry(_advance)
-"""advance(rows uint8[W, ·], params uint8[·], scratch uint8[·], layout int64[·, 6], first, last, stages): worlds first to last - 1."""
+"""advance(rows uint8[W, ·], params uint8[·], scratch uint8[·], layout int64[·, 6], first, last, stages):
+worlds first to last - 1.
+"""

@@ -30,9 +30,10 @@ class _ByName:
 class FusedFrame(_ByName):
     """What the centre holds after an update. Rows are tracks, in order of their ids.
 
-    track_id int[n]; tracks[n, 4] and covariances[n, 4, 4] (m, m/s); status int[n] (1 tentative, 2 confirmed); scores[n] (nats); existence[n], probabilities;
-    trust[n] and agent_trust[K], means in [0, 1], NaN = no opinion; expected, detected, held: bool[K, n]; picture[m, 4] and picture_id int[m]: the
-    tracks that the centre publishes.
+    track_id int[n]; tracks[n, 4] and covariances[n, 4, 4] (m, m/s); status int[n] (1 tentative, 2 confirmed);
+    scores[n] (nats); existence[n], probabilities; trust[n] and agent_trust[K], means in [0, 1], NaN = no
+    opinion; expected, detected, held: bool[K, n]; picture[m, 4] and picture_id int[m]: the tracks that the
+    centre publishes.
     """
 
     time: float
@@ -54,7 +55,8 @@ class FusedFrame(_ByName):
 class FusionCentre:
     """The tracker and a defense, fed with detections.
 
-    scenario: gives the agents, their FOVs and what the tracker believes; its targets play no part. defense: as in `parallel_env`.
+    scenario: gives the agents, their FOVs and what the tracker believes; its targets play no part. defense:
+    as in `parallel_env`.
     """
 
     def __init__(self, scenario: Any = "patrol", defense: Any = "trust"):
@@ -68,19 +70,24 @@ class FusionCentre:
         self._worlds.start(np.ones(1, dtype=bool))
         self._time: float | None = None
         drawn = [k for k in range(self.n_agents) if self.scenario.agent(k).position is None]
-        self._pose_missing = f"agents {drawn} have no position in scenario {self.scenario.name!r}" if drawn else ""
+        self._pose_missing = (
+            f"agents {drawn} have no position in scenario {self.scenario.name!r}" if drawn else ""
+        )
 
     def update(self, detections: Sequence[Any], time: float | None = None, poses: Any = None) -> FusedFrame:
-        """One frame: detections, an array [n_k, 2] (m) per agent; time in s (default: `dt` after the last); poses[K, 3] (x, y in m, heading in rad; default: as before).
+        """One frame: detections, an array [n_k, 2] (m) per agent; time in s (default: `dt` after the last);
+        poses[K, 3] (x, y in m, heading in rad; default: as before).
 
-        Raises ValueError, and changes nothing, when a shape is wrong, a number is not finite, an agent has more detections than
-        `sensor.max_detections`, or time does not increase.
+        Raises ValueError, and changes nothing, when a shape is wrong, a number is not finite, an agent has
+        more detections than `sensor.max_detections`, or time does not increase.
         """
         reports = self._checked_reports(detections)
         now = self._checked_time(time)
         placed = None if poses is None else self._checked_poses(poses)
         if placed is None and self._pose_missing:
-            raise ValueError(f"poses are needed: {self._pose_missing}; expected an array [{self.n_agents}, 3] of x, y, heading")
+            raise ValueError(
+                f"poses are needed: {self._pose_missing}; expected an array [{self.n_agents}, 3] of x, y, heading"
+            )
         arrays = self._worlds.arrays
         if placed is not None:
             arrays.pose[0], self._pose_missing = placed, ""
@@ -109,17 +116,25 @@ class FusionCentre:
 
     def _checked_reports(self, detections: Sequence[Any]) -> list[np.ndarray]:
         if len(detections) != self.n_agents:
-            raise ValueError(f"expected one array of detections per agent ({self.n_agents}), got {len(detections)}")
+            raise ValueError(
+                f"expected one array of detections per agent ({self.n_agents}), got {len(detections)}"
+            )
         limit, out = self.scenario.sensor.max_detections, []
         for k, given in enumerate(detections):
             points = np.asarray(given, dtype=np.float64)
             points = points.reshape(0, 2) if points.size == 0 else points
             if points.ndim != 2 or points.shape[1] != 2:
-                raise ValueError(f"the detections of agent {k} must have shape [n, 2] (x, y in m), not {list(points.shape)}")
+                raise ValueError(
+                    f"the detections of agent {k} must have shape [n, 2] (x, y in m), not {list(points.shape)}"
+                )
             if not np.isfinite(points).all():
-                raise ValueError(f"the detections of agent {k} must be finite; row {np.argwhere(~np.isfinite(points))[0][0]} is not")
+                raise ValueError(
+                    f"the detections of agent {k} must be finite; row {np.argwhere(~np.isfinite(points))[0][0]} is not"
+                )
             if len(points) > limit:
-                raise ValueError(f"agent {k} reports {len(points)} detections; sensor.max_detections of scenario {self.scenario.name!r} is {limit}")
+                raise ValueError(
+                    f"agent {k} reports {len(points)} detections; sensor.max_detections of scenario {self.scenario.name!r} is {limit}"
+                )
             out.append(points)
         return out
 
@@ -127,13 +142,17 @@ class FusionCentre:
         if time is None:
             return 0.0 if self._time is None else self._time + self.scenario.dt
         if not np.isfinite(time) or (self._time is not None and time <= self._time):
-            raise ValueError(f"time must be finite and later than that of the last update ({self._time} s); got {time}")
+            raise ValueError(
+                f"time must be finite and later than that of the last update ({self._time} s); got {time}"
+            )
         return float(time)
 
     def _checked_poses(self, poses: Any) -> np.ndarray:
         array = np.asarray(poses, dtype=np.float64)
         if array.shape != (self.n_agents, 3) or not np.isfinite(array).all():
-            raise ValueError(f"poses must be finite and of shape [{self.n_agents}, 3] (x, y in m, heading in rad); got shape {list(array.shape)}")
+            raise ValueError(
+                f"poses must be finite and of shape [{self.n_agents}, 3] (x, y in m, heading in rad); got shape {list(array.shape)}"
+            )
         return array
 
 
@@ -141,8 +160,8 @@ class FusionCentre:
 class ReplayedFrame(_ByName):
     """The verdict on one frame of evidence; tracks in the order in which the frame listed them.
 
-    track_trust[J], track_trust_var[J], publish bool[J], agent_trust[K], agent_trust_var[K]; for defenses with Beta beliefs also
-    track_beliefs {id: (α, β)} and agent_beliefs [(α, β), ...], else empty.
+    track_trust[J], track_trust_var[J], publish bool[J], agent_trust[K], agent_trust_var[K]; for defenses with
+    Beta beliefs also track_beliefs {id: (α, β)} and agent_beliefs [(α, β), ...], else empty.
     """
 
     track_id: np.ndarray
@@ -164,10 +183,11 @@ def replay_evidence(
 ) -> list[ReplayedFrame]:
     """Judge recorded evidence, frame by frame.
 
-    frames: mappings with track_id int[J] (confirmed tracks; a track keeps its id) and expected, detected, held: bool[K, J]. A defense that looks
-    at more than that (`mate` weighs by distance and age) finds each track at distance 0 and old unless the frame gives
-    track_mean[J, 4], poses[K, 3] and hits int[J]. agent_priors: {agent: (mean, precision)}, for `trust`. dt: s between frames.
-    Raises ValueError for arrays of wrong shape or ids that are repeated within a frame.
+    frames: mappings with track_id int[J] (confirmed tracks; a track keeps its id) and expected, detected,
+    held: bool[K, J]. A defense that looks at more than that (`mate` weighs by distance and age) finds each
+    track at distance 0 and old unless the frame gives track_mean[J, 4], poses[K, 3] and hits int[J].
+    agent_priors: {agent: (mean, precision)}, for `trust`. dt: s between frames. Raises ValueError for arrays
+    of wrong shape or ids that are repeated within a frame.
     """
     listed = [_checked_frame(f, frame, n_agents) for f, frame in enumerate(frames)]
     judge = build_defense(defense)
@@ -177,7 +197,9 @@ def replay_evidence(
         judge = Trust(**(judge.params() | {"agent_priors": dict(agent_priors)}))
     most = max((len(frame["track_id"]) for frame in listed), default=1)
     team = {"n_adversaries": 0, "n_benign": n_agents, "placement": "together"}
-    worlds = Worlds({"dt": dt, "team": team, "tracker": {"max_tracks": max(1, 2 * most)}}, judge, 1, threads=1)
+    worlds = Worlds(
+        {"dt": dt, "team": team, "tracker": {"max_tracks": max(1, 2 * most)}}, judge, 1, threads=1
+    )
     worlds.start(np.ones(1, dtype=bool))
     return [_judge_frame(worlds, frame) for frame in listed]
 
@@ -190,11 +212,15 @@ def _checked_frame(f: int, frame: Mapping[str, Any], n_agents: int) -> dict[str,
     out["track_id"] = out["track_id"].reshape(-1).astype(np.int64)
     tracks = len(out["track_id"])
     if len(np.unique(out["track_id"])) != tracks or (tracks and out["track_id"].min() < 0):
-        raise ValueError(f"frame {f}: track ids must be different and not negative; got {out['track_id'].tolist()}")
+        raise ValueError(
+            f"frame {f}: track ids must be different and not negative; got {out['track_id'].tolist()}"
+        )
     for name in ("expected", "detected", "held"):
         out[name] = out[name].reshape(n_agents, 0) if tracks == 0 and out[name].size == 0 else out[name]
         if out[name].shape != (n_agents, tracks):
-            raise ValueError(f"frame {f}: {name} must have shape [{n_agents}, {tracks}] (agents, tracks), not {list(out[name].shape)}")
+            raise ValueError(
+                f"frame {f}: {name} must have shape [{n_agents}, {tracks}] (agents, tracks), not {list(out[name].shape)}"
+            )
     return out
 
 

@@ -1,6 +1,8 @@
-"""What agents observe: one table of fields, from which the space, the slices, the kernel's offsets and the documentation are made.
+"""What agents observe: one table of fields, from which the space, the slices, the kernel's offsets and the
+documentation are made.
 
-All entries are float32 in [-1, 1]. Positions are scaled either to the agent's own FOV (relative to the agent, 1.25 radii = 1) or to the scenario's extent.
+All entries are float32 in [-1, 1]. Positions are scaled either to the agent's own FOV (relative to the agent,
+1.25 radii = 1) or to the scenario's extent.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trust_env.core.jit import compiled
+from trust_env.core.jit import compiled, inlined
 from trust_env.core.layout import (
     F,
     flags1,
@@ -77,7 +79,9 @@ class Field:
 
 @dataclass(frozen=True)
 class Scales:
-    """What positions and velocities are divided by: `centre` [2] and `half` (m) of the extent, `speed` (m/s), `reach[K]` (m)."""
+    """What positions and velocities are divided by: `centre` [2] and `half` (m) of the extent, `speed` (m/s),
+    `reach[K]` (m).
+    """
 
     centre: np.ndarray
     half: float
@@ -86,7 +90,9 @@ class Scales:
 
 
 class ObservationTable(Mapping[str, Field]):
-    """The fields that a scenario's knowledge level gives, in order. `table.size` is the length O of an observation."""
+    """The fields that a scenario's knowledge level gives, in order. `table.size` is the length O of an
+    observation.
+    """
 
     def __init__(self, scenario: Scenario, scales: Scales, dims: Mapping[str, int]):
         level = KNOWLEDGE[scenario.knowledge]
@@ -108,7 +114,9 @@ class ObservationTable(Mapping[str, Field]):
         return len(self._fields)
 
     def offsets(self) -> np.ndarray:
-        """Start of every field of the full table, -1 where this scenario does not give it: `[32]`, for the kernel."""
+        """Start of every field of the full table, -1 where this scenario does not give it: `[32]`, for the
+        kernel.
+        """
         out = np.full(32, -1, dtype=np.int64)
         out[: len(NAMES)] = [self._fields[name].slice.start if name in self._fields else -1 for name in NAMES]
         return out
@@ -116,7 +124,8 @@ class ObservationTable(Mapping[str, Field]):
     def read(self, observation: np.ndarray, agents: np.ndarray | list[int] | int) -> dict[str, np.ndarray]:
         """The fields of `observation[..., O]` in metres and m/s (float64), masks as booleans.
 
-        `agents`: the agents' indices, to be broadcast against the leading axes of `observation` (their FOVs scale what is relative).
+        `agents`: the agents' indices, to be broadcast against the leading axes of `observation` (their FOVs
+        scale what is relative).
         """
         raw = {
             f.name: observation[..., f.slice].reshape((*observation.shape[:-1], *f.shape)).astype(np.float64)
@@ -156,10 +165,11 @@ class ObservationTable(Mapping[str, Field]):
         return "\n".join(rows)
 
 
-# --- kernels ------------------------------------------------------------------------------------------------------------------
+# --- kernels ------------------------------------------------------------------------------------------------
+# ------------------
 
 
-@compiled
+@inlined
 def _clip(value):
     return np.float32(min(1.0, max(-1.0, value)))
 

@@ -25,10 +25,12 @@ INFO_KEYS = METRICS[:5]
 class TrustEnv(ParallelEnv):
     """One world as a PettingZoo parallel environment.
 
-    scenario: a name, `patrol(horizon=50)`, a YAML file, a mapping or a Scenario; defense: a name, `trust(preset=cdc2024)`, `my_file.py:MyDefense(window=9)`
-    or an object with `reset` and `update`; render_mode: None, "rgb_array", "human" or "ansi"; max_cycles overrides the scenario's horizon (frames).
+    scenario: a name, `patrol(horizon=50)`, a YAML file, a mapping or a Scenario; defense: a name,
+    `trust(preset=cdc2024)`, `my_file.py:MyDefense(window=9)` or an object with `reset` and `update`;
+    render_mode: None, "rgb_array", "human" or "ansi"; max_cycles overrides the scenario's horizon (frames).
 
-    Agents act at once; all leave together, by truncation, at the horizon. Actions and observations: `trust_env.action`, `observation_table`.
+    Agents act at once; all leave together, by truncation, at the horizon. Actions and observations:
+    `trust_env.action`, `observation_table`.
     """
 
     metadata: ClassVar[dict[str, Any]] = {
@@ -91,7 +93,8 @@ class TrustEnv(ParallelEnv):
         return self._action_spaces[agent]
 
     def reset(self, seed: int | None = None, options: Mapping[str, Any] | None = None):
-        """Begin an episode: the first of `seed`, or the next one without a seed (the very first draws fresh entropy).
+        """Begin an episode: the first of `seed`, or the next one without a seed (the very first draws fresh
+        entropy).
 
         options: {"world": w, "episode": e} replays one evaluated episode; unknown options are ignored.
         """
@@ -109,7 +112,9 @@ class TrustEnv(ParallelEnv):
         return dict(zip(self.agents, self._observation.copy(), strict=True)), self._infos()
 
     def step(self, actions: Mapping[str, Any]):
-        """One frame. ValueError names the agent whose action is missing, unknown, of a wrong shape or not finite; nothing has changed then."""
+        """One frame. ValueError names the agent whose action is missing, unknown, of a wrong shape or not
+        finite; nothing has changed then.
+        """
         agents = self.agents
         if not agents:
             self._refuse_step()
@@ -142,7 +147,11 @@ class TrustEnv(ParallelEnv):
         try:
             for agent, row in zip(self.agents, self._staged_rows, strict=True):
                 action = actions[agent]
-                if type(action) is not np.ndarray or action.shape != (shape,) or action.dtype.char not in "fd":
+                if (
+                    type(action) is not np.ndarray
+                    or action.shape != (shape,)
+                    or action.dtype.char not in "fd"
+                ):
                     action = _as_action(agent, action, shape)
                 row[...] = action
         except KeyError:
@@ -181,7 +190,9 @@ class TrustEnv(ParallelEnv):
         return self.state_table.read(0)
 
     def get_state(self) -> dict[str, Any]:
-        """A snapshot from which `set_state` continues bit for bit, here or in another environment of the same scenario and defense."""
+        """A snapshot from which `set_state` continues bit for bit, here or in another environment of the same
+        scenario and defense.
+        """
         return {
             "row": self.worlds.rows[0].copy(),
             "agents": self.agents[:],

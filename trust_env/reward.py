@@ -11,8 +11,9 @@ from trust_env.core.outcome import FALSE_TRACKS, MISSING_TARGETS
 
 @compiled
 def pay(world):
-    """An adversary gains for false tracks shown and for targets missing, and pays for the trust it lost since the last frame (regained
-    trust is paid back); benign agents get the negative of the adversaries' mean, 0 without adversaries.
+    """An adversary gains for false tracks shown and for targets missing, and pays for the trust it lost since
+    the last frame (regained trust is paid back); benign agents get the negative of the adversaries' mean, 0
+    without adversaries.
     """
     metrics, reward, role = floats1(world, F.metrics), floats1(world, F.reward), ints1(world, F.role)
     trust, last = floats1(world, F.agent_trust), floats1(world, F.last_agent_trust)

@@ -16,8 +16,9 @@ if TYPE_CHECKING:
 class StateTable:
     """Fields of the state by name: `slices[name]`, `shapes[name]`; `size` entries of float32 in [-1, 1].
 
-    targets[N, 5]: alive, x, y, vx, vy; tracks[J, 7]: x, y, vx, vy, status / 2, score / 50, trust (-1: no opinion);
-    agents[K, 6]: role, x, y, cos and sin of the heading, trust (-1: no opinion); time: frame / horizon. Scaled as observations are.
+    targets[N, 5]: alive, x, y, vx, vy; tracks[J, 7]: x, y, vx, vy, status / 2, score / 50, trust (-1: no
+    opinion); agents[K, 6]: role, x, y, cos and sin of the heading, trust (-1: no opinion); time: frame /
+    horizon. Scaled as observations are.
     """
 
     def __init__(self, worlds: Worlds):

@@ -18,9 +18,10 @@ __all__ = ["VectorEnv", "vector_env"]
 class VectorEnv:
     """W worlds of one scenario under one defense, in step.
 
-    num_worlds: W; max_cycles overrides the scenario's horizon (frames); threads: default, the processors this process may use;
-    autoreset: finished worlds begin their next episode in the same step, their last observations stand in `info["final_obs"]`.
-    The worlds of a seed are the same whatever W, the threads, the defense or the actions.
+    num_worlds: W; max_cycles overrides the scenario's horizon (frames); threads: default, the processors this
+    process may use; autoreset: finished worlds begin their next episode in the same step, their last
+    observations stand in `info["final_obs"]`. The worlds of a seed are the same whatever W, the threads, the
+    defense or the actions.
     """
 
     def __init__(
@@ -59,7 +60,8 @@ class VectorEnv:
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Begin an episode in every world: observations float32[W, K, O] and info.
 
-        Without a seed: the next episode of every world. options: {"worlds": int[W], "episodes": int[W]} picks what is replayed.
+        Without a seed: the next episode of every world. options: {"worlds": int[W], "episodes": int[W]} picks
+        what is replayed.
         """
         options, arrays = options or {}, self.worlds.arrays
         fresh = seed is not None or not self._started
@@ -75,7 +77,9 @@ class VectorEnv:
         return arrays.observation.copy(), self._info()
 
     def step(self, actions: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """One frame of every world on actions[W, K, A]: observations, rewards float64[W, K], terminated and truncated bool[W], info."""
+        """One frame of every world on actions[W, K, A]: observations, rewards float64[W, K], terminated and
+        truncated bool[W], info.
+        """
         if not self._started:
             raise RuntimeError("call reset() before step()")
         arrays = self.worlds.arrays

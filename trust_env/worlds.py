@@ -1,4 +1,6 @@
-"""A batch of worlds: buffers, threads, seeds. What the faces (PettingZoo, arrays, fusion centre) are thin layers over."""
+"""A batch of worlds: buffers, threads, seeds. What the faces (PettingZoo, arrays, fusion centre) are thin
+layers over.
+"""
 
 from __future__ import annotations
 
@@ -159,7 +161,9 @@ class Worlds:
             )
 
     def start(self, worlds: np.ndarray) -> None:
-        """Begin an episode in the worlds where `worlds` (bool[W]) is set; their seed, world_id and episode must be in place."""
+        """Begin an episode in the worlds where `worlds` (bool[W]) is set; their seed, world_id and episode
+        must be in place.
+        """
         self.arrays.active[...] = worlds
         self.run(engine.RESET)
         self.arrays.active[...] = 1
@@ -172,7 +176,9 @@ class Worlds:
         self.run_frame(engine.EDIT_AND_TRACK, engine.SCORE | engine.MOVE | engine.OBSERVE)
 
     def run_frame(self, before: int, after: int) -> None:
-        """Stages before judging, the defense, stages after it: one kernel call, or two around a user's own defense."""
+        """Stages before judging, the defense, stages after it: one kernel call, or two around a user's own
+        defense.
+        """
         if isinstance(self.defense, BuiltIn):
             self.run(before | engine.JUDGE | engine.PUBLISH | after)
             return
@@ -210,7 +216,11 @@ class Worlds:
         if verdict.keep is not None:
             a.keep[...] = self._checked("keep", verdict.keep, tracks).astype(bool)
         kept = self.evidence().confirmed | ((self.evidence().status == CONFIRMED) & a.keep)
-        publish = fits_publication(kept, a.track_trust) if verdict.publish is None else self._checked("publish", verdict.publish, tracks)
+        publish = (
+            fits_publication(kept, a.track_trust)
+            if verdict.publish is None
+            else self._checked("publish", verdict.publish, tracks)
+        )
         a.publish[...] = publish.astype(bool) & kept
         weight = (
             np.where(np.isnan(a.agent_trust), 1.0, a.agent_trust)
@@ -227,7 +237,9 @@ class Worlds:
             raise ValueError(f"{what} must be an array of shape {list(shape)}: {error}") from None
         if array.shape != shape:
             axes = "agents" if name.startswith("agent") else "tracks"
-            raise ValueError(f"{what} must have shape {list(shape)} (worlds, {axes}), not {list(array.shape)}")
+            raise ValueError(
+                f"{what} must have shape {list(shape)} (worlds, {axes}), not {list(array.shape)}"
+            )
         if array.dtype.kind not in "fiub":
             raise ValueError(f"{what} must hold numbers or truth values, not {array.dtype}")
         fits = np.isnan(array) | ((array >= 0.0) & (array <= 1.0))

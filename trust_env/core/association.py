@@ -1,7 +1,8 @@
 """Assignment between rows (detections) and columns (tracks) along gated pairs.
 
-Pairs are kept by row: those of row r are entries `pair_start[r]` to `pair_start[r + 1]` of `pair_column` and `pair_cost`. Most rows have no rival
-and are assigned at sight; what is left is solved by shortest augmenting paths (Jonker & Volgenant 1987), row by row.
+Pairs are kept by row: those of row r are entries `pair_start[r]` to `pair_start[r + 1]` of `pair_column` and
+`pair_cost`. Most rows have no rival and are assigned at sight; what is left is solved by shortest augmenting
+paths (Jonker & Volgenant 1987), row by row.
 """
 
 from __future__ import annotations
@@ -77,7 +78,9 @@ def _solve_rivals(world, rows, columns, unassigned_cost):
 
 @compiled
 def _augment(world, first, unassigned_cost):
-    """Dijkstra from row `first` to the nearest free column, or to the cheapest row to leave unassigned; then flip the path."""
+    """Dijkstra from row `first` to the nearest free column, or to the cheapest row to leave unassigned; then
+    flip the path.
+    """
     start, pair_column, pair_cost = (
         ints1(world, F.pair_start),
         ints1(world, F.pair_column),
@@ -118,7 +121,9 @@ def _augment(world, first, unassigned_cost):
 
 @compiled
 def _reprice(world, first, total, n_touched):
-    """Potentials after a search of length `total`: reduced costs stay non-negative, those of the new assignment become zero."""
+    """Potentials after a search of length `total`: reduced costs stay non-negative, those of the new
+    assignment become zero.
+    """
     u, v, column_row = (
         floats1(world, F.row_potential),
         floats1(world, F.column_potential),

@@ -46,7 +46,9 @@ def gather_evidence(world):
 
 @compiled
 def _is_near(world, k, j):
-    """Whether any detection of agent k lies within the gate of the track, or within `near_distance` where that is set."""
+    """Whether any detection of agent k lies within the gate of the track, or within `near_distance` where
+    that is set.
+    """
     mean = floats2(world, F.track_mean)[j]
     points = floats3(world, F.reports)[k]
     xx, xy, yy, det = innovation_cov(floats3(world, F.track_cov)[j], floats3(world, F.noise_cov)[k], 1.0)
@@ -61,7 +63,9 @@ def _is_near(world, k, j):
 
 @compiled
 def _match_local_tracks(world, k):
-    """`held`: one-to-one assignment of confirmed central tracks to k's confirmed local tracks within `hold_distance`."""
+    """`held`: one-to-one assignment of confirmed central tracks to k's confirmed local tracks within
+    `hold_distance`.
+    """
     start, pair_column, cost = (
         ints1(world, F.pair_start),
         ints1(world, F.pair_column),

@@ -1,6 +1,7 @@
 """Fields of view Φ_k: circle, sector, convex polygon. All angles in radians, all lengths in metres.
 
-Sectors have their apex at the agent and open `width` around `pose heading + fov heading`; polygons are given in the agent's frame and turn with it.
+Sectors have their apex at the agent and open `width` around `pose heading + fov heading`; polygons are given
+in the agent's frame and turn with it.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ import math
 
 import numpy as np
 
-from trust_env.core.jit import compiled
+from trust_env.core.jit import compiled, inlined
 from trust_env.core.layout import F, floats1, floats2, floats3, ints1
 from trust_env.core.random import CLUTTER, uniform_pair
 
@@ -38,7 +39,7 @@ def _global(pose, x, y):
     return pose[0] + c * x - s * y, pose[1] + s * x + c * y
 
 
-@compiled
+@inlined
 def contains(world, k, x, y):
     """Φ_k(x, y)."""
     pose, radius = floats2(world, F.pose), floats1(world, F.fov_radius)[k]
@@ -48,7 +49,7 @@ def contains(world, k, x, y):
     return ints1(world, F.fov_type)[k] == CIRCLE or _in_shape(world, k, x, y)
 
 
-@compiled
+@inlined
 def within_reach(world, k, x, y, reach):
     """Whether a point lies within `reach` of agent k."""
     pose = floats2(world, F.pose)

@@ -1,4 +1,6 @@
-"""One frame of the world, in order. The stages between these two, judging and scoring, stand in `trust_env/engine.py`."""
+"""One frame of the world, in order. The stages between these two, judging and scoring, stand in
+`trust_env/engine.py`.
+"""
 
 from __future__ import annotations
 

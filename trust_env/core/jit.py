@@ -1,4 +1,6 @@
-"""How kernels are compiled: without fast-math (it breaks `isnan`), without Python errors inside, releasing the interpreter lock."""
+"""How kernels are compiled: without fast-math (it breaks `isnan`), without Python errors inside, releasing
+the interpreter lock.
+"""
 
 from __future__ import annotations
 
@@ -20,23 +22,31 @@ _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wra
 _JIT_OFF = bool(numba.config.DISABLE_JIT)  # pyright: ignore[reportAttributeAccessIssue]
 
 
-def compiled(function: Any) -> Any:
+def compiled(function: Any, inlined: bool = False) -> Any:
     """A kernel that other kernels call; it is compiled, and cached, as part of them.
 
-    Three things keep the first start short. Constant arguments make no versions of their own; nothing is generated for calls
-    from Python; and a kernel is only translated here, to be optimised once with the whole entry that it is linked into.
+    Three things keep the first start short. Constant arguments make no versions of their own; nothing is
+    generated for calls from Python; and a kernel is only translated here, to be optimised once with the whole
+    entry that it is linked into.
     """
-    kernel = numba.njit(no_cpython_wrapper=True, **_OPTIONS)(function)
+    kernel = numba.njit(no_cpython_wrapper=True, forceinline=inlined, **_OPTIONS)(function)
     if _JIT_OFF:
         return kernel
     resolve = kernel.get_call_template
 
     def get_call_template(args: Any, kws: Any) -> Any:
         with _linking_only():
-            return resolve(tuple(map(unliteral, args)), {name: unliteral(value) for name, value in kws.items()})
+            return resolve(
+                tuple(map(unliteral, args)), {name: unliteral(value) for name, value in kws.items()}
+            )
 
     kernel.get_call_template = get_call_template
     return kernel
+
+
+def inlined(function: Any) -> Any:
+    """A small kernel that is copied into those that call it: a call costs as much as its few lines."""
+    return compiled(function, inlined=True)
 
 
 class _LinkOnlyLibrary(JITCodeLibrary):
@@ -74,7 +84,8 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 def source_stamp() -> str:
     """One hash over all sources that kernels are made of.
 
-    Numba looks at a kernel's own file only when it decides whether its cache is fresh; an edited callee would go unnoticed.
+    Numba looks at a kernel's own file only when it decides whether its cache is fresh; an edited callee would
+    go unnoticed.
     """
     digest = hashlib.sha256(numba.__version__.encode())
     homes = [*(_PACKAGE / "core").glob("*.py"), *(_PACKAGE / "defenses").glob("*.py")]
@@ -84,7 +95,9 @@ def source_stamp() -> str:
 
 
 class Entry:
-    """A kernel that Python calls: compiled at its first call, cached on disk, and says so on the screen while it compiles."""
+    """A kernel that Python calls: compiled at its first call, cached on disk, and says so on the screen while
+    it compiles.
+    """
 
     def __init__(self, function: Any):
         self.kernel = numba.njit(**_OPTIONS)(function)
@@ -117,7 +130,9 @@ class Entry:
         return result
 
     def _enable_cache(self) -> bool:
-        """Attach the disk cache; True when it holds nothing to load (so that the call that follows will compile)."""
+        """Attach the disk cache; True when it holds nothing to load (so that the call that follows will
+        compile).
+        """
         try:
             self.kernel.enable_caching()
             file = self.kernel._cache._cache_file

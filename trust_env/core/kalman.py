@@ -1,13 +1,16 @@
-"""Constant-velocity Kalman filter with position measurements, on arrays in place. State `[x, y, vx, vy]`, H = [I 0]."""
+"""Constant-velocity Kalman filter with position measurements, on arrays in place. State `[x, y, vx, vy]`, H =
+[I 0].
+"""
 
 from __future__ import annotations
 
-from trust_env.core.jit import compiled
+from trust_env.core.jit import compiled, inlined
 
 
-@compiled
+@inlined
 def predict(mean, cov, dt, q):
-    """x ← F x, P ← F P Fᵀ + Q with white-noise acceleration of density `q`, m²/s³ (Bar-Shalom et al. 2001, Eq. 6.2.2-4).
+    """x ← F x, P ← F P Fᵀ + Q with white-noise acceleration of density `q`, m²/s³ (Bar-Shalom et al. 2001,
+    Eq. 6.2.2-4).
 
     mean: [4]; cov: [4, 4].
     """
@@ -26,7 +29,7 @@ def predict(mean, cov, dt, q):
         cov[a + 2, a + 2] += q * dt
 
 
-@compiled
+@inlined
 def innovation_cov(cov, noise, weight):
     """S = H P Hᵀ + R/w: its entries (xx, xy, yy) and its determinant."""
     xx, xy, yy = (
@@ -37,7 +40,7 @@ def innovation_cov(cov, noise, weight):
     return xx, xy, yy, xx * yy - xy * xy
 
 
-@compiled
+@inlined
 def update(mean, cov, dx, dy, xx, xy, yy, det):
     """x ← x + K ν, P ← P - K S Kᵀ with K = P Hᵀ S⁻¹, for the innovation ν = (dx, dy) and S of `innovation_cov`.
 
@@ -46,7 +49,10 @@ def update(mean, cov, dx, dy, xx, xy, yy, det):
     ixx, ixy, iyy = yy / det, -xy / det, xx / det
     p00, p01, p11 = cov[0, 0], cov[0, 1], cov[1, 1]
     p20, p21, p30, p31 = cov[2, 0], cov[2, 1], cov[3, 0], cov[3, 1]
-    k00, k01 = p00 * ixx + p01 * ixy, p00 * ixy + p01 * iyy  # rows of K, written out: the filter's hottest lines
+    k00, k01 = (
+        p00 * ixx + p01 * ixy,
+        p00 * ixy + p01 * iyy,
+    )  # rows of K, written out: the filter's hottest lines
     k10, k11 = p01 * ixx + p11 * ixy, p01 * ixy + p11 * iyy
     k20, k21 = p20 * ixx + p21 * ixy, p20 * ixy + p21 * iyy
     k30, k31 = p30 * ixx + p31 * ixy, p30 * ixy + p31 * iyy

@@ -1,13 +1,15 @@
 """Where everything lies in memory.
 
-A world is one row of bytes, `rows[W, row_bytes]`; what all worlds share is one more buffer, `params`, and what a frame scribbles on
-is a third, `scratch` (one per thread). Kernels receive a `World`, four addresses, and cut typed array views out of it by field:
+A world is one row of bytes, `rows[W, row_bytes]`; what all worlds share is one more buffer, `params`, and
+what a frame scribbles on is a third, `scratch` (one per thread). Kernels receive a `World`, four addresses,
+and cut typed array views out of it by field:
 
     mean = floats2(world, F.track_mean)    # [J, 4]
 
-A view costs a few additions, so every kernel starts with the list of the arrays it touches. Copying a row copies a world.
-The letters in the shapes are those of the documentation: K agents, N targets, D detections of an agent, J central tracks, L local tracks,
-M injection slots, A action entries, O observation entries, V polygon vertices, T recorded frames, H frames of a defense's memory.
+A view costs a few additions, so every kernel starts with the list of the arrays it touches. Copying a row
+copies a world. The letters in the shapes are those of the documentation: K agents, N targets, D detections of
+an agent, J central tracks, L local tracks, M injection slots, A action entries, O observation entries, V
+polygon vertices, T recorded frames, H frames of a defense's memory.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ from numba import types
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array, populate_array
 
-from trust_env.core.jit import compiled
+from trust_env.core.jit import inlined
 
 ROW, PARAMS, SCRATCH = 0, 1, 2
 
@@ -159,7 +161,8 @@ class Layout:
         return np.ndarray(lead + shape, dtype, buffer.data, offset, (*buffer.strides[:-1], *strides))
 
 
-# --- cutting views inside kernels ---------------------------------------------------------------------------------------------
+# --- cutting views inside kernels
+# ---------------------------------------------------------------------------------------------
 
 
 def _build_array(context, builder, array_type, itemsize, address, shape):
@@ -174,7 +177,9 @@ def _build_array(context, builder, array_type, itemsize, address, shape):
 
 
 def _load_entry(builder, layout, field, count):
-    """The first `count` numbers of a field's line in the layout; it never changes, so loads of it may be merged and moved."""
+    """The first `count` numbers of a field's line in the layout; it never changes, so loads of it may be
+    merged and moved.
+    """
     word, constant = ir.IntType(64), builder.module.add_metadata([])
     line = builder.gep(builder.inttoptr(layout, word.as_pointer()), [builder.mul(field, word(6))])
     entry = [builder.load(builder.gep(line, [word(i)])) for i in range(count)]
@@ -209,7 +214,9 @@ def _view_in_kernel(dtype: Any, ndim: int) -> Any:
 
 
 def _tracker_view_in_kernel(dtype: Any, ndim: int) -> Any:
-    """An intrinsic `(world, tracker, field) -> array`: the central tracker's field (tracker -1), or the same of agent `tracker`'s own."""
+    """An intrinsic `(world, tracker, field) -> array`: the central tracker's field (tracker -1), or the same
+    of agent `tracker`'s own.
+    """
     array_type, itemsize = _array_type(dtype, ndim), np.dtype(dtype).itemsize
 
     def codegen(context, builder, signature, args):
@@ -236,7 +243,9 @@ def _view_in_python(dtype: Any, ndim: int) -> Any:
     """The same as `_view_in_kernel` without the compiler (NUMBA_DISABLE_JIT=1)."""
 
     def view(world, field):
-        entry = np.frombuffer((ctypes.c_int64 * (6 * N_FIELDS)).from_address(int(world.layout)), np.int64).reshape(-1, 6)[field]
+        entry = np.frombuffer(
+            (ctypes.c_int64 * (6 * N_FIELDS)).from_address(int(world.layout)), np.int64
+        ).reshape(-1, 6)[field]
         shape, base = entry[2 : 2 + ndim], world[entry[0]]
         size = int(np.prod(shape)) * np.dtype(dtype).itemsize
         return np.frombuffer((ctypes.c_char * size).from_address(int(base + entry[1])), dtype).reshape(shape)
@@ -246,7 +255,9 @@ def _view_in_python(dtype: Any, ndim: int) -> Any:
 
 def _tracker_view_in_python(dtype: Any, ndim: int) -> Any:
     central, local = _view_in_python(dtype, ndim), _view_in_python(dtype, ndim + 1)
-    return lambda world, tracker, field: central(world, field) if tracker < 0 else local(world, field + _LOCAL)[tracker]
+    return lambda world, tracker, field: (
+        central(world, field) if tracker < 0 else local(world, field + _LOCAL)[tracker]
+    )
 
 
 _LOCAL = F.local_id - F.track_id  # from a field of the central tracker to the same field of the local ones
@@ -262,25 +273,25 @@ tracker_floats1, tracker_floats2, tracker_floats3 = (_tracker_view(np.float64, n
 tracker_ints1, tracker_flags1 = _tracker_view(np.int64, 1), _tracker_view(np.bool_, 1)
 
 
-@compiled
+@inlined
 def real(world, field):
     """A float scalar."""
     return floats1(world, field)[0]
 
 
-@compiled
+@inlined
 def whole(world, field):
     """An integer scalar."""
     return ints1(world, field)[0]
 
 
-@compiled
+@inlined
 def shape0(world, field):
     """Length of a field's first axis."""
     return bytes1(world, field).shape[0]
 
 
-@compiled
+@inlined
 def shape1(world, field):
     """Length of a field's second axis."""
     return bytes2(world, field).shape[1]

@@ -92,7 +92,9 @@ def _live(world, frame, n):
 
 @compiled
 def _drift(world, key, frame, n):
-    """Constant velocity with white-noise acceleration of density q (Bar-Shalom, Li & Kirubarajan 2001, Sec. 6.2.2)."""
+    """Constant velocity with white-noise acceleration of density q (Bar-Shalom, Li & Kirubarajan 2001, Sec.
+    6.2.2).
+    """
     state, dt, q = floats2(world, F.target_state), real(world, F.dt), real(world, F.target_noise)
     for axis in range(2):
         state[n, axis] += dt * state[n, 2 + axis]

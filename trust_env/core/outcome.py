@@ -1,7 +1,7 @@
 """Step 4 of a frame: the picture against the truth.
 
-A track is *false* when it is assigned to no target within `match_distance`; a target is *missing* when at least one FOV holds it and no
-track of the picture is assigned to it.
+A track is *false* when it is assigned to no target within `match_distance`; a target is *missing* when at
+least one FOV holds it and no track of the picture is assigned to it.
 """
 
 from __future__ import annotations
@@ -43,7 +43,9 @@ def publish_picture(world):
 
 @compiled
 def score_picture(world):
-    """Fill `metrics`, and label every confirmed track with its target (`track_label`, -1: false) and its maker (`track_injected`)."""
+    """Fill `metrics`, and label every confirmed track with its target (`track_label`, -1: false) and its
+    maker (`track_injected`).
+    """
     metrics, published, track_target = (
         floats1(world, F.metrics),
         flags1(world, F.published),
@@ -108,7 +110,9 @@ def _freeze_truth(world):
 
 @compiled
 def _match_tracks(world, picture_only):
-    """`track_target[J]`: one-to-one assignment of tracks (confirmed, or of the picture only) to targets within the match distance."""
+    """`track_target[J]`: one-to-one assignment of tracks (confirmed, or of the picture only) to targets
+    within the match distance.
+    """
     start, pair_column, cost = (
         ints1(world, F.pair_start),
         ints1(world, F.pair_column),
@@ -158,7 +162,9 @@ def _label_makers(world):
 
 @compiled
 def _measure_picture(world):
-    """GOSPA and OSPA of the picture against the targets that a FOV holds or a track of the picture is assigned to."""
+    """GOSPA and OSPA of the picture against the targets that a FOV holds or a track of the picture is
+    assigned to.
+    """
     estimates, truths, metrics = (
         floats2(world, F.estimates),
         floats2(world, F.truths),
@@ -195,10 +201,11 @@ def _measure_picture(world):
 
 @compiled
 def set_distances(world, n_estimates, n_truths, cutoff, order):
-    """GOSPA with α = 2 (Rahmathullah, García-Fernández & Svensson 2017, Prop. 1) and OSPA (Schuhmacher, Vo & Vo 2008) of two sets of points.
+    """GOSPA with α = 2 (Rahmathullah, García-Fernández & Svensson 2017, Prop. 1) and OSPA (Schuhmacher, Vo &
+    Vo 2008) of two sets of points.
 
-    Both minimise Σ min(d, c)^p over assignments. Points in `estimates[·, 2]` and `truths[·, 2]`. Returns GOSPA, OSPA, the
-    localisation part of GOSPA^p, and the number of pairs assigned within the cutoff.
+    Both minimise Σ min(d, c)^p over assignments. Points in `estimates[·, 2]` and `truths[·, 2]`. Returns
+    GOSPA, OSPA, the localisation part of GOSPA^p, and the number of pairs assigned within the cutoff.
     """
     start, pair_column, cost = (
         ints1(world, F.pair_start),

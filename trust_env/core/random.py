@@ -1,7 +1,9 @@
-"""Counter-based random streams: a draw is a function of (seed, world, episode, stream, frame, index) and of nothing else.
+"""Counter-based random streams: a draw is a function of (seed, world, episode, stream, frame, index) and of
+nothing else.
 
-Philox4x32-10 (Salmon, Moraes, Dror & Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC 2011). The seed is the key; world, episode,
-frame, stream and index are the counter. So one seed gives the same worlds whatever the batch, the threads, the attack or the defense.
+Philox4x32-10 (Salmon, Moraes, Dror & Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC 2011). The seed
+is the key; world, episode, frame, stream and index are the counter. So one seed gives the same worlds
+whatever the batch, the threads, the attack or the defense.
 """
 
 from __future__ import annotations
@@ -11,7 +13,7 @@ from collections import namedtuple
 
 import numpy as np
 
-from trust_env.core.jit import Entry, compiled
+from trust_env.core.jit import Entry, compiled, inlined
 from trust_env.core.layout import F, whole
 
 # Streams: the high byte of the counter's first word. 8 bits of stream, 24 bits of index.
@@ -28,7 +30,7 @@ _W0, _W1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
 _TWO_32, _TWO_53 = 2.0**32, 2.0**53
 
 
-@compiled
+@inlined
 def philox(c0, c1, c2, c3, k0, k1):
     """Philox4x32-10: four 32-bit words (as uint64) from a counter of four and a key of two."""
     for _ in range(10):
@@ -43,7 +45,7 @@ def philox(c0, c1, c2, c3, k0, k1):
     return c0, c1, c2, c3
 
 
-@compiled
+@inlined
 def _unit(high, low):
     """A float in [0, 1) from 53 of 64 random bits."""
     return (np.float64(high >> np.uint64(5)) * 67108864.0 + np.float64(low >> np.uint64(6))) / _TWO_53
@@ -92,7 +94,7 @@ def poisson(mean, u):
     return count
 
 
-@compiled
+@inlined
 def key_of(world):
     """The key of a world's present episode."""
     return Key(whole(world, F.seed), whole(world, F.world_id), whole(world, F.episode))
@@ -109,7 +111,9 @@ _fill_uniforms = Entry(_uniforms)
 
 
 def uniforms(seed: int, worlds, episodes, stream: int, frames, count: int, first: int = 0) -> np.ndarray:
-    """U[0, 1) draws `[W, count]`, row w a function of (seed, worlds[w], episodes[w], stream, frames[w], first + index)."""
+    """U[0, 1) draws `[W, count]`, row w a function of (seed, worlds[w], episodes[w], stream, frames[w], first
+    + index).
+    """
     columns = [np.ascontiguousarray(a, dtype=np.int64) for a in (worlds, episodes, frames)]
     out = np.empty((len(columns[0]), count))
     _fill_uniforms(np.int64(seed), columns[0], columns[1], np.int64(stream), columns[2], np.int64(first), out)

@@ -1,6 +1,8 @@
-"""Track score: the log-likelihood ratio of "a target" against "false alarms" (Sittler 1964; Blackman 1986; Hallyburton & Pajic 2024, Eqs. 4-7).
+"""Track score: the log-likelihood ratio of "a target" against "false alarms" (Sittler 1964; Blackman 1986;
+Hallyburton & Pajic 2024, Eqs. 4-7).
 
-    L_0 = ln(P_D β_NT / β_FP)          hit: ΔL = ln(P_D / (2π β_FP sqrt|S|)) - d²/2          miss: ΔL = ln(1 - P_D)
+    L_0 = ln(P_D β_NT / β_FP)          hit: ΔL = ln(P_D / (2π β_FP sqrt|S|)) - d²/2          miss: ΔL = ln(1 -
+    P_D)
 
 The constants of an agent, `hit_constant` = ln(P_D / (2π β_FP)) and `miss_gain`, are packed once per scenario.
 """
@@ -9,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from trust_env.core.jit import compiled
+from trust_env.core.jit import inlined
 from trust_env.core.layout import F, real, whole
 
 TENTATIVE, CONFIRMED = 1, 2  # `status` of a track; 0 is an empty column
@@ -19,15 +21,17 @@ CONFIRMATIONS = {"score": BY_SCORE, "m_of_n": M_OF_N, "score_or_hits": SCORE_OR_
 DELETIONS = {"drop": DROP, "relative": RELATIVE, "absolute": ABSOLUTE}
 
 
-@compiled
+@inlined
 def hit_gain(hit_constant, det, distance2):
     """ΔL of a hit, Eq. 6: `det` = |S|, `distance2` = d²."""
     return hit_constant - 0.5 * math.log(det) - 0.5 * distance2
 
 
-@compiled
+@inlined
 def is_confirmed(world, score, hits, window):
-    """Whether a track passes the confirmation test at the end of a frame. `window`: bit b set = hit b frames ago."""
+    """Whether a track passes the confirmation test at the end of a frame. `window`: bit b set = hit b frames
+    ago.
+    """
     rule = whole(world, F.confirmation)
     if rule == M_OF_N:
         count = 0
@@ -40,9 +44,11 @@ def is_confirmed(world, score, hits, window):
     return passed
 
 
-@compiled
+@inlined
 def is_lost(world, score, peak, initial, status):
-    """Whether a track fails the deletion test at the end of a frame. `peak` is its best end-of-frame score, `initial` its L_0."""
+    """Whether a track fails the deletion test at the end of a frame. `peak` is its best end-of-frame score,
+    `initial` its L_0.
+    """
     rule = whole(world, F.deletion)
     if rule == DROP:
         return score < peak - real(world, F.confirmed_drop if status == CONFIRMED else F.tentative_drop)

@@ -107,7 +107,9 @@ def _add_clutter(world, key, frame, k):
 
 @compiled
 def _list_detection(world, k, x, y, origin):
-    """Insert a detection into the agent's list, which is kept by distance; the farthest gives way when the list is full."""
+    """Insert a detection into the agent's list, which is kept by distance; the farthest gives way when the
+    list is full.
+    """
     count, capacity = ints1(world, F.raw_count), shape1(world, F.raw_detections)
     points, origins, pose = (
         floats3(world, F.raw_detections)[k],

@@ -1,6 +1,8 @@
-"""The store of a tracker's tracks: columns that are empty or hold a track. Columns never move: a track keeps its column for life.
+"""The store of a tracker's tracks: columns that are empty or hold a track. Columns never move: a track keeps
+its column for life.
 
-A tracker is named by a number: CENTRAL (-1) is the centre's, k ≥ 0 is agent k's own. All columns from `n_columns` on are empty.
+A tracker is named by a number: CENTRAL (-1) is the centre's, k ≥ 0 is agent k's own. All columns from
+`n_columns` on are empty.
 """
 
 from __future__ import annotations
@@ -9,7 +11,7 @@ import numpy as np
 
 from trust_env.core import kalman
 from trust_env.core.association import NONE
-from trust_env.core.jit import compiled
+from trust_env.core.jit import compiled, inlined
 from trust_env.core.layout import (
     F,
     floats1,
@@ -34,7 +36,7 @@ CENTRAL = -1
 GAVE_WAY = -2  # `scan_assignment` of a detection whose track gave way to a newer one
 
 
-@compiled
+@inlined
 def n_columns(world, tracker):
     return ints1(world, F.columns)[tracker + 1]
 
@@ -48,7 +50,7 @@ def clear_store(world, tracker):
         ids[j], status[j], doomed[j] = NONE, EMPTY, False
 
 
-@compiled
+@inlined
 def _identity(world, tracker):
     return (
         tracker_ints1(world, tracker, F.track_id),
@@ -87,9 +89,11 @@ def start_track(world, tracker, k, weight, d):
 
 @compiled
 def _free_column(world, tracker):
-    """The lowest empty column; in a full store that of the lowest-scored tentative track, which is dropped; -1 if there is none.
+    """The lowest empty column; in a full store that of the lowest-scored tentative track, which is dropped;
+    -1 if there is none.
 
-    Of equal scores (all tracks born in one frame have theirs from L_0) the oldest gives way, whatever its column.
+    Of equal scores (all tracks born in one frame have theirs from L_0) the oldest gives way, whatever its
+    column.
     """
     ids, status, _ = _identity(world, tracker)
     score = tracker_floats1(world, tracker, F.track_score)

@@ -1,6 +1,7 @@
 """The multi-target tracker: one for the centre, one, with a single agent's reports, for every agent.
 
-A frame: `predict_tracks`, then `scan` agent by agent, then `end_frame`. `tracker` is CENTRAL or an agent's index, as in `store.py`.
+A frame: `predict_tracks`, then `scan` agent by agent, then `end_frame`. `tracker` is CENTRAL or an agent's
+index, as in `store.py`.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import math
 from trust_env.core import kalman
 from trust_env.core.association import NONE, most_pairs_then_least_cost
 from trust_env.core.fov import contains, within_reach
-from trust_env.core.jit import compiled
+from trust_env.core.jit import compiled, inlined
 from trust_env.core.layout import (
     F,
     flags1,
@@ -33,10 +34,13 @@ from trust_env.core.store import CENTRAL, EMPTY, n_columns, start_track
 IGNORED_WEIGHT = 1e-3  # an agent that counts less does not count
 
 
-@compiled
+@inlined
 def predict_tracks(world, tracker):
     """Kalman prediction of all tracks over `dt`."""
-    status, hit_now = tracker_ints1(world, tracker, F.track_status), tracker_flags1(world, tracker, F.track_hit_now)
+    status, hit_now = (
+        tracker_ints1(world, tracker, F.track_status),
+        tracker_flags1(world, tracker, F.track_hit_now),
+    )
     mean, cov = tracker_floats2(world, tracker, F.track_mean), tracker_floats3(world, tracker, F.track_cov)
     dt, q = real(world, F.dt), real(world, F.process_noise)
     for j in range(n_columns(world, tracker)):
@@ -47,15 +51,20 @@ def predict_tracks(world, tracker):
 
 @compiled
 def scan(world, tracker, k, weight):
-    """Take agent k's report: gate, assign, update the hits, score the misses, start a track from every unassigned detection.
+    """Take agent k's report: gate, assign, update the hits, score the misses, start a track from every
+    unassigned detection.
 
-    `weight` scales the agent's information: R_k/w and ΔL·w. Afterwards `scan_assignment[D]` holds the column that each detection hit
-    (negative: none), and `scan_gain[J]` what each looked-at track gained.
+    `weight` scales the agent's information: R_k/w and ΔL·w. Afterwards `scan_assignment[D]` holds the column
+    that each detection hit (negative: none), and `scan_gain[J]` what each looked-at track gained.
     """
     seen = _gate(world, tracker, k, weight)
     detections, row_column = ints1(world, F.report_count)[k], ints1(world, F.row_column)
     gain, assignment = floats1(world, F.scan_gain), ints1(world, F.scan_assignment)
-    columns, column_row, inside = ints1(world, F.scan_columns), ints1(world, F.column_row), flags1(world, F.scan_inside)
+    columns, column_row, inside = (
+        ints1(world, F.scan_columns),
+        ints1(world, F.column_row),
+        flags1(world, F.scan_inside),
+    )
     score, miss_gain = tracker_floats1(world, tracker, F.track_score), weight * floats1(world, F.miss_gain)[k]
     most_pairs_then_least_cost(world, detections, seen)
     for c in range(seen):
@@ -73,12 +82,20 @@ def scan(world, tracker, k, weight):
 
 @compiled
 def _gate(world, tracker, k, weight):
-    """List the tracks in Φ_k or in reach of a detection, and the pairs whose d² lies within the gate; returns how many tracks.
+    """List the tracks in Φ_k or in reach of a detection, and the pairs whose d² lies within the gate; returns
+    how many tracks.
 
     A track just outside Φ_k can be hit, as its target may be inside, but not missed.
     """
-    status, mean = tracker_ints1(world, tracker, F.track_status), tracker_floats2(world, tracker, F.track_mean)
-    cov, noise, gate = tracker_floats3(world, tracker, F.track_cov), floats3(world, F.noise_cov)[k], real(world, F.gate)
+    status, mean = (
+        tracker_ints1(world, tracker, F.track_status),
+        tracker_floats2(world, tracker, F.track_mean),
+    )
+    cov, noise, gate = (
+        tracker_floats3(world, tracker, F.track_cov),
+        floats3(world, F.noise_cov)[k],
+        real(world, F.gate),
+    )
     columns, geometry = ints1(world, F.scan_columns), floats2(world, F.scan_geometry)
     gain, inside = floats1(world, F.scan_gain), flags1(world, F.scan_inside)
     farthest, seen = _farthest_detection(world, k), 0
@@ -91,7 +108,11 @@ def _gate(world, tracker, k, weight):
         margin = math.sqrt(gate * (xx + yy))  # no detection within the gate is farther from the track
         if inside[seen] or within_reach(world, k, mean[j, 0], mean[j, 1], farthest + margin):
             geometry[seen, 0], geometry[seen, 1] = mean[j, 0], mean[j, 1]
-            geometry[seen, 2], geometry[seen, 3], geometry[seen, 4] = yy / det, -2.0 * xy / det, xx / det  # S⁻¹
+            geometry[seen, 2], geometry[seen, 3], geometry[seen, 4] = (
+                yy / det,
+                -2.0 * xy / det,
+                xx / det,
+            )  # S⁻¹
             geometry[seen, 5] = det
             columns[seen] = j
             seen += 1
@@ -102,8 +123,16 @@ def _gate(world, tracker, k, weight):
 @compiled
 def _list_pairs(world, k, seen, gate):
     """Pairs of detections and listed tracks within the gate; the cost of a pair is d² + ln|S|."""
-    points, detections, geometry = floats3(world, F.reports)[k], ints1(world, F.report_count)[k], floats2(world, F.scan_geometry)
-    start, pair_column, cost = ints1(world, F.pair_start), ints1(world, F.pair_column), floats1(world, F.pair_cost)
+    points, detections, geometry = (
+        floats3(world, F.reports)[k],
+        ints1(world, F.report_count)[k],
+        floats2(world, F.scan_geometry),
+    )
+    start, pair_column, cost = (
+        ints1(world, F.pair_start),
+        ints1(world, F.pair_column),
+        floats1(world, F.pair_cost),
+    )
     pairs = 0
     for d in range(detections):
         start[d] = pairs
@@ -117,7 +146,7 @@ def _list_pairs(world, k, seen, gate):
     start[detections] = pairs
 
 
-@compiled
+@inlined
 def _farthest_detection(world, k):
     """Distance of the report's farthest detection from agent k, m; noise may have put it outside Φ_k."""
     points, pose, squared = floats3(world, F.reports)[k], floats2(world, F.pose), 0.0
@@ -130,7 +159,10 @@ def _farthest_detection(world, k):
 @compiled
 def _hit(world, tracker, k, weight, j, d):
     """Kalman update and score of a track with its assigned detection."""
-    mean, cov = tracker_floats2(world, tracker, F.track_mean)[j], tracker_floats3(world, tracker, F.track_cov)[j]
+    mean, cov = (
+        tracker_floats2(world, tracker, F.track_mean)[j],
+        tracker_floats3(world, tracker, F.track_cov)[j],
+    )
     point = floats3(world, F.reports)[k, d]
     dx, dy = point[0] - mean[0], point[1] - mean[1]
     xx, xy, yy, det = kalman.innovation_cov(cov, floats3(world, F.noise_cov)[k], weight)
@@ -152,11 +184,20 @@ def _hit(world, tracker, k, weight, j, d):
 @compiled
 def end_frame(world, tracker):
     """Confirm (for good), then mark what is to be deleted; maxima run over end-of-frame scores only."""
-    status, doomed = tracker_ints1(world, tracker, F.track_status), tracker_flags1(world, tracker, F.track_doomed)
-    score, peak = tracker_floats1(world, tracker, F.track_score), tracker_floats1(world, tracker, F.track_peak)
+    status, doomed = (
+        tracker_ints1(world, tracker, F.track_status),
+        tracker_flags1(world, tracker, F.track_doomed),
+    )
+    score, peak = (
+        tracker_floats1(world, tracker, F.track_score),
+        tracker_floats1(world, tracker, F.track_peak),
+    )
     age, unseen = tracker_ints1(world, tracker, F.track_age), tracker_ints1(world, tracker, F.track_unseen)
     hits, window = tracker_ints1(world, tracker, F.track_hits), tracker_ints1(world, tracker, F.track_window)
-    hit_now, initial = tracker_flags1(world, tracker, F.track_hit_now), tracker_floats1(world, tracker, F.track_initial)
+    hit_now, initial = (
+        tracker_flags1(world, tracker, F.track_hit_now),
+        tracker_floats1(world, tracker, F.track_initial),
+    )
     mean, max_unseen = tracker_floats2(world, tracker, F.track_mean), whole(world, F.max_unseen)
     for j in range(n_columns(world, tracker)):
         if status[j] == EMPTY:

@@ -1,4 +1,6 @@
-"""Defenses: they turn a frame's evidence into a verdict. One file per defense; this is the registry, and how a defense is named."""
+"""Defenses: they turn a frame's evidence into a verdict. One file per defense; this is the registry, and how
+a defense is named.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,8 @@ __all__ = [
 
 
 def build_defense(defense: Any) -> BuiltIn | Defense:
-    """A defense from its name (`trust(preset=cdc2024)`, `my_file.py:MyDefense(window=9)`) or from an object with `reset` and `update`.
+    """A defense from its name (`trust(preset=cdc2024)`, `my_file.py:MyDefense(window=9)`) or from an object
+    with `reset` and `update`.
 
     Raises ValueError for an unknown name or parameter, TypeError for something that is no defense.
     """

@@ -17,8 +17,9 @@ QUOTA = 0
 class Majority(BuiltIn):
     """Vote of the expected agents, F = expected and H = detected, over a sliding window.
 
-    A track's trust is the mean over the window's frames of Σ_k F·H / Σ_k F; it is shown when that exceeds `q`. An agent's trust is its rate of
-    agreement, over the window, with what was decided on the tracks that it was expected to see.
+    A track's trust is the mean over the window's frames of Σ_k F·H / Σ_k F; it is shown when that exceeds
+    `q`. An agent's trust is its rate of agreement, over the window, with what was decided on the tracks that
+    it was expected to see.
 
     window: frames, from 1 to 1000; q: share of the votes, in [0, 1). Raises ValueError outside these ranges.
     """

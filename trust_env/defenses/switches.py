@@ -1,4 +1,6 @@
-"""The switches of the trust estimator, and the three presets: the paper's text, the code that drew its figures, the authors' later library."""
+"""The switches of the trust estimator, and the three presets: the paper's text, the code that drew its
+figures, the authors' later library.
+"""
 
 from __future__ import annotations
 

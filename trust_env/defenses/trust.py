@@ -1,6 +1,7 @@
 """`trust`: Bayesian trust in tracks and agents (Hallyburton & Pajic 2024, Sec. IV).
 
-Every confirmed track and every agent has a Beta(α, β) belief. A pseudomeasurement (PSM), value v and confidence c, updates it: α += c v, β += c (1 - v).
+Every confirmed track and every agent has a Beta(α, β) belief. A pseudomeasurement (PSM), value v and
+confidence c, updates it: α += c v, β += c (1 - v).
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from trust_env.core.evidence import list_confirmed
-from trust_env.core.jit import compiled
+from trust_env.core.jit import compiled, inlined
 from trust_env.core.layout import F, flags1, flags2, floats1, floats2, ints1, ints2, real, shape0, whole
 from trust_env.defenses.switches import (
     AGENT_TRACKS,
@@ -39,11 +40,13 @@ _SWITCHES = (
 class Trust(BuiltIn):
     """Beta trust in tracks and agents.
 
-    `preset` is `paper` (as printed), `cdc2024` (the code that drew the paper's figures) or `mate` (the authors' later library); every switch
-    of `trust_env.defenses.switches` can be set alone. Priors are (mean φ, precision λ): α = λφ, β = λ(1 - φ).
+    `preset` is `paper` (as printed), `cdc2024` (the code that drew the paper's figures) or `mate` (the
+    authors' later library); every switch of `trust_env.defenses.switches` can be set alone. Priors are (mean
+    φ, precision λ): α = λφ, β = λ(1 - φ).
 
-    agent_prior, track_prior: priors of all agents and of all tracks; agent_priors: {agent index: (φ, λ)}; trusted, distrusted: agent indices that
-    get the preset's strong prior, mean 0.8 or 0.2. Raises ValueError for an unknown switch or value, or a prior outside its range.
+    agent_prior, track_prior: priors of all agents and of all tracks; agent_priors: {agent index: (φ, λ)};
+    trusted, distrusted: agent indices that get the preset's strong prior, mean 0.8 or 0.2. Raises ValueError
+    for an unknown switch or value, or a prior outside its range.
     """
 
     code: ClassVar[int] = 1
@@ -87,7 +90,8 @@ class Trust(BuiltIn):
         return np.array([(mean * precision, (1 - mean) * precision) for mean, precision in priors.values()])
 
 
-# --- kernels ------------------------------------------------------------------------------------------------------------------
+# --- kernels ------------------------------------------------------------------------------------------------
+# ------------------
 
 
 @compiled
@@ -118,22 +122,24 @@ def judge_trust(world):
     _conclude(world, listed)
 
 
-@compiled
+@inlined
 def mean_of(belief):
     """E[τ] = α / (α + β)."""
     return belief[0] / (belief[0] + belief[1])
 
 
-@compiled
+@inlined
 def variance_of(belief):
     """Var[τ] = αβ / ((α + β)² (α + β + 1))."""
     total = belief[0] + belief[1]
     return belief[0] * belief[1] / (total * total * (total + 1.0))
 
 
-@compiled
+@inlined
 def _update(belief, value, confidence, bias, threshold):
-    """α += c v, β += c (1 - v); with a negativity bias, α += n/(n+1) c v and β += n²/(n+1) c (1 - v), n = bias below the threshold, else 1."""
+    """α += c v, β += c (1 - v); with a negativity bias, α += n/(n+1) c v and β += n²/(n+1) c (1 - v), n =
+    bias below the threshold, else 1.
+    """
     up, down = 1.0, 1.0
     if bias > 0.0:
         n = bias if value < threshold else 1.0
@@ -230,7 +236,9 @@ def _miss_weight(world, k, j):
 
 @compiled
 def _judge_tracks(world, listed):
-    """Alg. 1: every agent that is expected to see a track says whether it does; used when at least two are expected."""
+    """Alg. 1: every agent that is expected to see a track says whether it does; used when at least two are
+    expected.
+    """
     switches, columns = floats1(world, F.defense_params), ints1(world, F.listing)
     expected, detected = flags2(world, F.expected), flags2(world, F.detected)
     track, agent = floats2(world, F.track_belief), floats2(world, F.agent_belief)

@@ -1,7 +1,8 @@
 """What defenses have in common: the contract, the verdict, and when a track is fit to be shown.
 
-A built-in defense is a class with a `code`, by which the engine finds its kernel, and `pack`, which turns its parameters into numbers.
-A user's own has two methods, `reset(shape, worlds)` and `update(evidence) -> Verdict`, and works on whole batches in NumPy.
+A built-in defense is a class with a `code`, by which the engine finds its kernel, and `pack`, which turns its
+parameters into numbers. A user's own has two methods, `reset(shape, worlds)` and `update(evidence) ->
+Verdict`, and works on whole batches in NumPy.
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ ACCEPT = 0.5  # a track is shown while its trust is at least this, or nobody has
 
 
 class Shape(NamedTuple):
-    """Sizes of the arrays a defense works on: worlds W, agents K, central track columns J, detections of an agent D."""
+    """Sizes of the arrays a defense works on: worlds W, agents K, central track columns J, detections of an
+    agent D.
+    """
 
     W: int
     K: int
@@ -29,12 +32,15 @@ class Shape(NamedTuple):
 
 @dataclass(frozen=True)
 class Evidence:
-    """One frame's evidence, as arrays with leading axis W (worlds). Columns with `status` 0 are empty; their entries mean nothing.
+    """One frame's evidence, as arrays with leading axis W (worlds). Columns with `status` 0 are empty; their
+    entries mean nothing.
 
-    track_id, status (0 empty, 1 tentative, 2 confirmed), age (frames): int[W, J]; score (nats): float[W, J]; doomed: bool[W, J], the tracker is about
-    to delete the track; track_mean[W, J, 4], track_cov[W, J, 4, 4] (m, m/s); expected, detected, held: bool[W, K, J]; detections[W, K, D, 2] (m) with
-    detection_count int[W, K]; assignment int[W, K, D] (track column, -1 none); innovation[W, K, J, 2], innovation_cov[W, K, J, 2, 2], distance2[W, K, J]
-    of the hits (NaN: no hit); agent_score[W, K, J], what each agent has contributed to a score; pose[W, K, 3]; frame int[W]; dt[W] (s).
+    track_id, status (0 empty, 1 tentative, 2 confirmed), age (frames): int[W, J]; score (nats): float[W, J];
+    doomed: bool[W, J], the tracker is about to delete the track; track_mean[W, J, 4], track_cov[W, J, 4, 4]
+    (m, m/s); expected, detected, held: bool[W, K, J]; detections[W, K, D, 2] (m) with detection_count int[W,
+    K]; assignment int[W, K, D] (track column, -1 none); innovation[W, K, J, 2], innovation_cov[W, K, J, 2,
+    2], distance2[W, K, J] of the hits (NaN: no hit); agent_score[W, K, J], what each agent has contributed to
+    a score; pose[W, K, 3]; frame int[W]; dt[W] (s).
     """
 
     track_id: np.ndarray
@@ -75,9 +81,10 @@ class Evidence:
 class Verdict:
     """What a defense concludes from a frame. Everything has a neutral default.
 
-    track_trust[W, J], agent_trust[W, K]: mean trust in [0, 1], NaN = no opinion; `…_var` their variances; publish bool[W, J]: tracks fit for the picture (default:
-    trust of at least 0.5, or no opinion); keep bool[W, J]: tracks that the tracker must not delete; agent_weight[W, K] in [0, 1], for the
-    actuation `weight` (default: the agent's trust, 1 where there is no opinion).
+    track_trust[W, J], agent_trust[W, K]: mean trust in [0, 1], NaN = no opinion; `…_var` their variances;
+    publish bool[W, J]: tracks fit for the picture (default: trust of at least 0.5, or no opinion); keep
+    bool[W, J]: tracks that the tracker must not delete; agent_weight[W, K] in [0, 1], for the actuation
+    `weight` (default: the agent's trust, 1 where there is no opinion).
     """
 
     track_trust: np.ndarray | None = None
