@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from trust_env.core.frame import delete_tracks, edit_and_track, move_and_sense, start_episode, track
+from trust_env.core.edit import edit_reports
+from trust_env.core.evidence import gather_evidence
+from trust_env.core.frame import begin_frame, delete_tracks, start_episode, track_centrally, track_locally
 from trust_env.core.jit import Entry, compiled
 from trust_env.core.layout import F, World, flags1, floats1, ints1, whole
-from trust_env.core.outcome import REMOVE, WEIGHT, publish_picture, score_picture
+from trust_env.core.outcome import REMOVE as REMOVE_DISTRUSTED
+from trust_env.core.outcome import WEIGHT, publish_picture, score_picture
 from trust_env.core.score import CONFIRMED
-from trust_env.core.sensing import locate_fovs
+from trust_env.core.sensing import locate_fovs, sense
 from trust_env.core.store import CENTRAL, drop_track, n_columns
 from trust_env.defenses.majority import judge_majority, reset_majority
 from trust_env.defenses.trust import judge_trust, reset_trust
@@ -21,9 +24,16 @@ from trust_env.defenses.verdict import clear_verdict
 from trust_env.observation import observe
 from trust_env.reward import pay
 
-START, EDIT_AND_TRACK, TRACK, JUDGE, PUBLISH, SCORE, MOVE, OBSERVE = (1 << bit for bit in range(8))
+# A frame's stages, in order; combined as bits.
+START, EDIT, LOCATE, LOCAL, CENTRE, EVIDENCE, JUDGE, PUBLISH, SCORE, PAY, REMOVE, MOVE, SENSE, OBSERVE = (
+    1 << bit for bit in range(14)
+)
 RESET = START | OBSERVE
-STEP = EDIT_AND_TRACK | JUDGE | PUBLISH | SCORE | MOVE | OBSERVE
+EDIT_AND_TRACK = EDIT | LOCAL | CENTRE | EVIDENCE
+TRACK = LOCATE | LOCAL | CENTRE | EVIDENCE  # on reports and poses as they stand
+CONCLUDE = PUBLISH | REMOVE
+NEXT = SCORE | PAY | MOVE | SENSE | OBSERVE
+STEP = EDIT_AND_TRACK | JUDGE | CONCLUDE | NEXT
 TRUST_CODE, MAJORITY_CODE = 1, 2
 
 
@@ -72,6 +82,8 @@ def _remove_distrusted(world):
     """`remove`: confirmed tracks that are not fit for publication leave the tracker, after the frame has been
     scored.
     """
+    if whole(world, F.actuation) != REMOVE_DISTRUSTED:
+        return
     status, publish = ints1(world, F.track_status), flags1(world, F.publish)
     for j in range(n_columns(world, CENTRAL) - 1, -1, -1):
         if status[j] == CONFIRMED and not publish[j]:
@@ -79,40 +91,52 @@ def _remove_distrusted(world):
 
 
 @compiled
-def advance_world(world, stages):
-    """Run the given stages of one frame, in order."""
-    if stages & START:
+def _run_stage(world, stage):
+    """One stage of a frame, in one world."""
+    if stage == START:
         _start(world)
-    if stages & EDIT_AND_TRACK:
-        edit_and_track(world)
-    if stages & TRACK:
+    elif stage == EDIT:
+        edit_reports(world)
+    elif stage == LOCATE:
         locate_fovs(world)
-        track(world)
-    if stages & JUDGE:
+    elif stage == LOCAL:
+        track_locally(world)
+    elif stage == CENTRE:
+        track_centrally(world)
+    elif stage == EVIDENCE:
+        gather_evidence(world)
+    elif stage == JUDGE:
         _judge(world)
-    if stages & PUBLISH:
+    elif stage == PUBLISH:
         _publish(world)
-    if stages & SCORE:
+    elif stage == SCORE:
         score_picture(world)
+    elif stage == PAY:
         pay(world)
-    if stages & PUBLISH and whole(world, F.actuation) == REMOVE:
+    elif stage == REMOVE:
         _remove_distrusted(world)
-    if stages & MOVE:
-        move_and_sense(world)
-    if stages & OBSERVE:
+    elif stage == MOVE:
+        begin_frame(world)
+    elif stage == SENSE:
+        sense(world, whole(world, F.frame))
+    elif stage == OBSERVE:
         observe(world)
 
 
 def _advance(rows, params, scratch, layout, first, last, stages):
-    for w in range(first, last):
-        world = World(
-            np.int64(rows[w].ctypes.data),
-            np.int64(params.ctypes.data),
-            np.int64(scratch.ctypes.data),
-            np.int64(layout.ctypes.data),
-        )
-        if ints1(world, F.active)[0] != 0:
-            advance_world(world, stages)
+    stage = START
+    while stage <= OBSERVE:  # stage by stage over all worlds: a stage's code stays in the instruction cache
+        if stages & stage:
+            for w in range(first, last):
+                world = World(
+                    np.int64(rows[w].ctypes.data),
+                    np.int64(params.ctypes.data),
+                    np.int64(scratch.ctypes.data),
+                    np.int64(layout.ctypes.data),
+                )
+                if ints1(world, F.active)[0] != 0:
+                    _run_stage(world, stage)
+        stage <<= 1
 
 
 advance = Entry(_advance)

@@ -173,18 +173,18 @@ class Worlds:
 
     def step(self) -> None:
         """One frame of all worlds, on the actions in `arrays.action`."""
-        self.run_frame(engine.EDIT_AND_TRACK, engine.SCORE | engine.MOVE | engine.OBSERVE)
+        self.run_frame(engine.EDIT_AND_TRACK, engine.NEXT)
 
     def run_frame(self, before: int, after: int) -> None:
         """Stages before judging, the defense, stages after it: one kernel call, or two around a user's own
         defense.
         """
         if isinstance(self.defense, BuiltIn):
-            self.run(before | engine.JUDGE | engine.PUBLISH | after)
+            self.run(before | engine.JUDGE | engine.CONCLUDE | after)
             return
         self.run(before | engine.JUDGE)  # clears the verdict
         self._apply(self.defense.update(self.evidence()))
-        self.run(engine.PUBLISH | after)
+        self.run(engine.CONCLUDE | after)
 
     def evidence(self) -> Evidence:
         """The present frame's evidence; live views, so copy what must outlast the frame."""

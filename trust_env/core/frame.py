@@ -1,11 +1,7 @@
-"""One frame of the world, in order. The stages between these two, judging and scoring, stand in
-`trust_env/engine.py`.
-"""
+"""The world's own stages of a frame; `trust_env/engine.py` runs them in order, with judging and scoring between them."""
 
 from __future__ import annotations
 
-from trust_env.core.edit import edit_reports
-from trust_env.core.evidence import gather_evidence
 from trust_env.core.jit import compiled
 from trust_env.core.layout import F, flags1, floats1, floats2, ints1, ints2, shape0, whole
 from trust_env.core.motion import move_targets, place_targets
@@ -31,21 +27,19 @@ def start_episode(world):
 
 
 @compiled
-def edit_and_track(world):
-    """Steps 1 and 2: reports, local trackers, central tracker, evidence."""
-    edit_reports(world)
-    track(world)
-
-
-@compiled
-def track(world):
-    """Step 2 alone, on the reports as they stand."""
-    agents = shape0(world, F.pose)
-    for k in range(agents):
+def track_locally(world):
+    """Step 2, first half: every agent's own tracker takes its report."""
+    for k in range(shape0(world, F.pose)):
         predict_tracks(world, k)
         scan(world, k, k, 1.0)
         end_frame(world, k)
         drop_doomed(world, k)
+
+
+@compiled
+def track_centrally(world):
+    """Step 2, second half: the central tracker takes the reports, agent by agent."""
+    agents = shape0(world, F.pose)
     predict_tracks(world, CENTRAL)
     if whole(world, F.full_evidence):
         for k in range(agents):
@@ -54,7 +48,6 @@ def track(world):
     for k in range(agents):
         _take_report(world, k)
     end_frame(world, CENTRAL)
-    gather_evidence(world)
 
 
 @compiled
@@ -90,9 +83,7 @@ def delete_tracks(world):
 
 
 @compiled
-def move_and_sense(world):
-    """Step 5: the next frame begins."""
+def begin_frame(world):
+    """Step 5, first half: targets move, leave and are born."""
     ints1(world, F.frame)[0] += 1
-    frame = whole(world, F.frame)
-    move_targets(world, frame)
-    sense(world, frame)
+    move_targets(world, whole(world, F.frame))
