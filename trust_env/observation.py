@@ -42,7 +42,9 @@ _TABLE: dict[str, tuple[str, bool, str, str]] = {
     "role": ("own", False, "", "+1 adversary, -1 benign"),
     "time": ("own", False, "", "frame / horizon"),
     "pose": ("own", False, "4", "own x, y (extent), cos and sin of the heading"),
-    "detections": ("own", False, "D 2", "own raw detections, nearest first: x, y relative to the agent (1.25 FOV radii)"),
+    "detections": (
+        "own", False, "D 2", "own raw detections, nearest first: x, y relative to the agent (1.25 FOV radii)",
+    ),
     "detections_mask": ("own", False, "D", "1 where there is a detection"),
     "report": ("own", False, "D 2", "own last report: x, y relative to the agent (1.25 FOV radii)"),
     "report_mask": ("own", False, "D", "1 where there is one"),
@@ -50,20 +52,27 @@ _TABLE: dict[str, tuple[str, bool, str, str]] = {
     "fovs": ("poses", False, "K 3", "everyone's FOV: radius (extent), half width / π, heading / π"),
     "picture": ("picture", False, "J 4", "published tracks: x, y (extent), vx, vy (speed scale)"),
     "picture_mask": ("picture", False, "J", "1 where there is one"),
-    "tracks": ("white_box", False, "J 4", "all central tracks by column: x, y (extent), vx, vy (speed scale)"),
+    "tracks": (
+        "white_box", False, "J 4", "all central tracks by column: x, y (extent), vx, vy (speed scale)",
+    ),
     "tracks_status": ("white_box", False, "J", "0 none, 0.5 tentative, 1 confirmed"),
     "tracks_score": ("white_box", False, "J", "track score / 50 nats, clipped"),
     "tracks_trust": ("white_box", False, "J 2", "mean and variance; -1 where there is no opinion"),
     "agents_trust": ("white_box", False, "K 2", "mean and variance; -1 where there is no opinion"),
-    "shared_detections": ("own", True, "K D 2", "raw detections of the other adversaries: x, y (extent); 0 for benign agents"),
+    "shared_detections": (
+        "own", True, "K D 2", "raw detections of the other adversaries: x, y (extent); 0 for benign agents",
+    ),
     "shared_detections_mask": ("own", True, "K D", "1 where there is one"),
-    "shared_reports": ("own", True, "K D 2", "last reports of the other adversaries: x, y (extent); 0 for benign agents"),
+    "shared_reports": (
+        "own", True, "K D 2", "last reports of the other adversaries: x, y (extent); 0 for benign agents",
+    ),
     "shared_reports_mask": ("own", True, "K D", "1 where there is one"),
 }  # fmt: skip
 NAMES = tuple(_TABLE)
 (
-    ROLE, TIME, POSE, DETECTIONS, DETECTIONS_MASK, REPORT, REPORT_MASK, POSES, FOVS, PICTURE, PICTURE_MASK, TRACKS, TRACKS_STATUS,
-    TRACKS_SCORE, TRACKS_TRUST, AGENTS_TRUST, SHARED_DETECTIONS, SHARED_DETECTIONS_MASK, SHARED_REPORTS, SHARED_REPORTS_MASK,
+    ROLE, TIME, POSE, DETECTIONS, DETECTIONS_MASK, REPORT, REPORT_MASK, POSES, FOVS, PICTURE, PICTURE_MASK,
+    TRACKS, TRACKS_STATUS, TRACKS_SCORE, TRACKS_TRUST, AGENTS_TRUST,
+    SHARED_DETECTIONS, SHARED_DETECTIONS_MASK, SHARED_REPORTS, SHARED_REPORTS_MASK,
 ) = range(len(NAMES))  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""A scenario and a defense as numbers: the layout of the worlds, and the buffer of parameters that they share."""
+"""A scenario and a defense as numbers: the layout of the worlds, and the buffer of parameters they share."""
 
 from __future__ import annotations
 
@@ -195,12 +195,13 @@ def _counterclockwise(corners: np.ndarray) -> np.ndarray:
 
 
 def _with_velocity(positions: np.ndarray, dt: float) -> np.ndarray:
-    """Recorded positions `[T, N, 2]` with forward differences as velocities: `[T, N, 4]`, NaN where absent."""
+    """Recorded positions `[T, N, 2]` with forward differences as velocities: `[T, N, 4]`, NaN where
+    absent.
+    """
     velocity = np.zeros_like(positions)
     velocity[:-1] = (positions[1:] - positions[:-1]) / dt
-    ends = np.isnan(velocity[..., 0]) & ~np.isnan(
-        positions[..., 0]
-    )  # the last point before a gap keeps the velocity it came with
+    # The last point before a gap keeps the velocity that it came with.
+    ends = np.isnan(velocity[..., 0]) & ~np.isnan(positions[..., 0])
     for t, n in zip(*np.nonzero(ends), strict=True):
         before = velocity[t - 1, n] if t else np.zeros(2)
         velocity[t, n] = np.where(np.isnan(before), 0.0, before)

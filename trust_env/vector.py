@@ -98,12 +98,14 @@ class VectorEnv:
         array = np.asarray(actions)
         if array.shape != expected or array.dtype.kind not in "fiub":
             raise ValueError(
-                f"actions must be numbers of shape {list(expected)} (worlds, agents, entries); got {list(array.shape)} of {array.dtype}"
+                f"actions must be numbers of shape {list(expected)} (worlds, agents, entries); "
+                f"got {list(array.shape)} of {array.dtype}"
             )
         if not np.isfinite(array).all():
             w, k, entry = np.argwhere(~np.isfinite(array))[0]
             raise ValueError(
-                f"actions must be finite; world {w}, {self.possible_agents[k]}, entry {entry} is {array[w, k, entry]}"
+                "actions must be finite; "
+                f"world {w}, {self.possible_agents[k]}, entry {entry} is {array[w, k, entry]}"
             )
         return array
 

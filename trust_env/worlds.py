@@ -24,7 +24,7 @@ _CHUNK = 16  # worlds that a thread takes at a time
 
 
 def checked_seed(seed: Any) -> int:
-    """A seed as int; fresh entropy for None. ValueError for anything else than an integer from 0 to 2^63 - 1."""
+    """A seed as int; fresh entropy for None. ValueError for anything but an integer from 0 to 2^63 - 1."""
     if seed is None:
         return int.from_bytes(os.urandom(8), "little") % SEED_LIMIT
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or not 0 <= seed < SEED_LIMIT:
@@ -99,7 +99,7 @@ class Worlds:
 
     @property
     def own_defense(self) -> Defense | None:
-        """A user's own defense, which remembers things outside the worlds' memory; None for a built-in one."""
+        """A user's own defense, which keeps its memory outside the worlds'; None for a built-in one."""
         return None if isinstance(self.defense, BuiltIn) else self.defense
 
     @own_defense.setter
@@ -191,8 +191,9 @@ class Worlds:
         if self._evidence is None:
             a = self.arrays
             self._evidence = Evidence(
-                a.track_id, a.track_status, a.track_age, a.track_score, a.track_doomed, a.track_mean, a.track_cov, a.expected, a.detected, a.held,
-                a.reports, a.report_count, a.assignment, a.innovation, a.innovation_cov, a.distance2, a.agent_score, a.pose,
+                a.track_id, a.track_status, a.track_age, a.track_score, a.track_doomed, a.track_mean,
+                a.track_cov, a.expected, a.detected, a.held, a.reports, a.report_count, a.assignment,
+                a.innovation, a.innovation_cov, a.distance2, a.agent_score, a.pose,
                 a.frame.reshape(-1), a.dt.reshape(-1),
             )  # fmt: skip
         return self._evidence
@@ -201,7 +202,8 @@ class Worlds:
         """Write a user's verdict into the worlds, checked."""
         if not isinstance(verdict, Verdict):
             raise TypeError(
-                f"{type(self.defense).__name__}.update must return a trust_env.Verdict, not {type(verdict).__name__}"
+                f"{type(self.defense).__name__}.update must return a trust_env.Verdict, "
+                f"not {type(verdict).__name__}"
             )
         a, dims = self.arrays, self.pack.dims
         tracks, agents = (self.num_worlds, dims["J"]), (self.num_worlds, dims["K"])

@@ -86,7 +86,7 @@ def _augment(world, first, unassigned_cost):
         ints1(world, F.pair_column),
         floats1(world, F.pair_cost),
     )
-    row_column, column_row = ints1(world, F.row_column), ints1(world, F.column_row)
+    column_row = ints1(world, F.column_row)
     u, v = floats1(world, F.row_potential), floats1(world, F.column_potential)
     path_cost, path_row, done = floats1(world, F.path_cost), ints1(world, F.path_row), flags1(world, F.done)
     touched, n_touched = ints1(world, F.touched), 0

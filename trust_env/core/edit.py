@@ -12,7 +12,9 @@ INJECTION_ORIGIN = -2  # `report_origin` of injection slot m is INJECTION_ORIGIN
 
 @compiled
 def edit_reports(world):
-    """Reports of all agents: honest detections that are not suppressed, in list order, then injections by slot."""
+    """Reports of all agents: honest detections that are not suppressed, in list order, then injections by
+    slot.
+    """
     for k in range(shape0(world, F.pose)):
         injections = _count_injections(world, k)
         kept = _keep_honest(world, k, shape1(world, F.reports) - injections)
@@ -56,7 +58,9 @@ def _keep_honest(world, k, room):
 
 @compiled
 def _inject(world, k, count, injections):
-    """Append the injections that fire; actions are scaled to the FOV's bounding box, and end inside the FOV."""
+    """Append the injections that fire; actions are scaled to the FOV's bounding box, and end inside the
+    FOV.
+    """
     action, box = floats2(world, F.action)[k], floats2(world, F.fov_box)[k]
     report, report_origin = floats3(world, F.reports)[k], ints2(world, F.report_origin)[k]
     left = injections

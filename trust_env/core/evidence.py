@@ -94,7 +94,9 @@ def _match_local_tracks(world, k):
 
 @compiled
 def list_confirmed(world):
-    """List the columns of the confirmed tracks that are not about to be deleted in `listing`; returns how many."""
+    """List in `listing` the columns of the confirmed tracks that are not about to be deleted; returns how
+    many.
+    """
     status, doomed, columns = (
         ints1(world, F.track_status),
         flags1(world, F.track_doomed),

@@ -1,4 +1,7 @@
-"""The world's own stages of a frame; `trust_env/engine.py` runs them in order, with judging and scoring between them."""
+"""The world's own stages of a frame.
+
+`trust_env/engine.py` runs them in order, with judging and scoring between them.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ from trust_env.core.jit import compiled
 from trust_env.core.layout import F, flags1, floats1, floats2, ints1, ints2, shape0, whole
 from trust_env.core.motion import move_targets, place_targets
 from trust_env.core.sensing import place_agents, sense
-from trust_env.core.store import CENTRAL, EMPTY, clear_innovation, clear_store, drop_doomed, n_columns
+from trust_env.core.store import CENTRAL, clear_innovation, clear_store, drop_doomed, n_columns
 from trust_env.core.tracker import IGNORED_WEIGHT, end_frame, predict_tracks, scan
 
 

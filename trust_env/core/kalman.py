@@ -42,9 +42,9 @@ def innovation_cov(cov, noise, weight):
 
 @inlined
 def update(mean, cov, dx, dy, xx, xy, yy, det):
-    """x ← x + K ν, P ← P - K S Kᵀ with K = P Hᵀ S⁻¹, for the innovation ν = (dx, dy) and S of `innovation_cov`.
+    """x ← x + K ν, P ← P - K S Kᵀ with K = P Hᵀ S⁻¹.
 
-    mean: [4]; cov: [4, 4].
+    The innovation is ν = (dx, dy), its covariance S that of `innovation_cov`. mean: [4]; cov: [4, 4].
     """
     ixx, ixy, iyy = yy / det, -xy / det, xx / det
     p00, p01, p11 = cov[0, 0], cov[0, 1], cov[1, 1]

@@ -49,7 +49,8 @@ def build_defense(defense: Any) -> BuiltIn | Defense:
     ):
         return defense
     raise TypeError(
-        f"a defense is a name, or an object with `reset(shape, worlds)` and `update(evidence)`; got {defense!r}"
+        "a defense is a name, or an object with `reset(shape, worlds)` and `update(evidence)`; "
+        f"got {defense!r}"
     )
 
 

@@ -1,4 +1,7 @@
-"""`score`: the track score alone. Every confirmed track is believed; what the paper shows to be vulnerable."""
+"""`score`: the track score alone.
+
+Every confirmed track is believed; this is what the paper shows to be vulnerable.
+"""
 
 from __future__ import annotations
 

@@ -92,7 +92,8 @@ def check_switches(preset: str, given: Mapping[str, Any]) -> dict[str, Any]:
         _check_prior(name, switches[name])
     if not isinstance(switches["agent_priors"], Mapping):
         raise ValueError(
-            f"trust: agent_priors must map agent indices to (mean, precision), not {switches['agent_priors']!r}"
+            "trust: agent_priors must map agent indices to (mean, precision), "
+            f"not {switches['agent_priors']!r}"
         )
     for k, prior in switches["agent_priors"].items():
         _check_prior(f"agent_priors[{k}]", prior)
@@ -129,5 +130,6 @@ def _check_number(name: str, value: Any, low: float, high: float, open_low: bool
     )
     if not fine:
         raise ValueError(
-            f"trust: {name} must be a number {'above' if open_low else 'from'} {low:g}{'' if high == math.inf else f' to {high:g}'}, not {value!r}"
+            f"trust: {name} must be a number {'above' if open_low else 'from'} {low:g}"
+            f"{'' if high == math.inf else f' to {high:g}'}, not {value!r}"
         )

@@ -13,7 +13,7 @@ import numpy as np
 
 from trust_env.core.evidence import list_confirmed
 from trust_env.core.jit import compiled, inlined
-from trust_env.core.layout import F, flags1, flags2, floats1, floats2, ints1, ints2, real, shape0, whole
+from trust_env.core.layout import F, flags1, flags2, floats1, floats2, ints1, ints2, real, shape0
 from trust_env.defenses.switches import (
     AGENT_TRACKS,
     CONFIDENCES,
@@ -27,10 +27,11 @@ from trust_env.defenses.verdict import ACCEPT, BuiltIn
 
 TRACKS_FIRST, ALL_TRACKS, ALL_PSMS, BY_VARIANCE, UNWEIGHTED = 0, 0, 0, 0, 0
 DECAY, PRIOR, RETURN = 0, 1, 2
-_SWITCHES = (
-    "order agent_tracks agent_psms track_forgetting agent_forgetting agent_confidence psm_weights held_outside_fov "
-    "epsilon prior_rate dt_return agent_negativity_bias track_negativity_bias negativity_threshold track_alpha track_beta"
-).split()
+_SWITCHES = [
+    "order", "agent_tracks", "agent_psms", "track_forgetting", "agent_forgetting", "agent_confidence",
+    "psm_weights", "held_outside_fov", "epsilon", "prior_rate", "dt_return", "agent_negativity_bias",
+    "track_negativity_bias", "negativity_threshold", "track_alpha", "track_beta",
+]  # fmt: skip
 (
     ORDER, TRACKS, PSM_CHOICE, FORGET_TRACKS, FORGET_AGENTS, CONFIDENCE, WEIGHTS, HELD_OUTSIDE,
     EPSILON, RATE, DT_RETURN, AGENT_BIAS, TRACK_BIAS, BIAS_BELOW, TRACK_ALPHA, TRACK_BETA,
@@ -78,10 +79,9 @@ class Trust(BuiltIn):
     def _agent_priors(self, n_agents: int) -> np.ndarray:
         s = self.switches
         priors = dict.fromkeys(range(n_agents), tuple(s["agent_prior"]))
-        strong = {k: (0.8, s["strong_precision"]) for k in s["trusted"]} | {
-            k: (0.2, s["strong_precision"]) for k in s["distrusted"]
-        }
-        for k, prior in {**strong, **s["agent_priors"]}.items():
+        trusted = dict.fromkeys(s["trusted"], (0.8, s["strong_precision"]))
+        distrusted = dict.fromkeys(s["distrusted"], (0.2, s["strong_precision"]))
+        for k, prior in {**trusted, **distrusted, **s["agent_priors"]}.items():
             if not 0 <= k < n_agents:
                 raise ValueError(
                     f"trust: a prior is given for agent {k}, but the agents are 0 to {n_agents - 1}"
@@ -156,7 +156,7 @@ def _forget(belief, alpha, beta, rule, switches, dt):
         factor = max(alpha + beta, (1.0 - switches[EPSILON]) * precision) / precision
         belief[0] *= factor
         belief[1] *= factor
-    elif rule == PRIOR or rule == RETURN:
+    elif rule in (PRIOR, RETURN):
         weight = switches[RATE]
         if rule == RETURN:
             weight, alpha, beta = min(1.0, dt / switches[DT_RETURN]), 0.5, 0.5
@@ -166,7 +166,9 @@ def _forget(belief, alpha, beta, rule, switches, dt):
 
 @compiled
 def _forget_tracks(world, listed):
-    """Known tracks forget; new ones start at the prior, marked by a negative id until they have been judged."""
+    """Known tracks forget; new ones start at the prior, marked by a negative id until they have been
+    judged.
+    """
     switches, columns, track_id = (
         floats1(world, F.defense_params),
         ints1(world, F.listing),
@@ -216,7 +218,9 @@ def _count_frames_in_fov(world, listed):
 
 @compiled
 def _miss_weight(world, k, j):
-    """w_fov · w_dist · w_age of a negative PSM (the authors' later library); distances in FOV radii, 70 m = 1."""
+    """w_fov · w_dist · w_age of a negative PSM (the authors' later library); distances in FOV radii, with
+    70 m = 1.
+    """
     if floats1(world, F.defense_params)[WEIGHTS] == UNWEIGHTED:
         return 1.0
     if ints1(world, F.track_hits)[j] < 2:
@@ -227,7 +231,7 @@ def _miss_weight(world, k, j):
         ints2(world, F.fov_run)[k, j],
     )
     distance = math.hypot(mean[0] - pose[0], mean[1] - pose[1]) / floats1(world, F.fov_radius)[k] * 70.0
-    if distance <= 30.0:
+    if distance <= 30.0:  # noqa: SIM108 - two rules, one for the near and one for the far
         in_view = 1.0 if run > 2 else 0.25
     else:
         in_view = min(1.0, max(0.0, (run - 3) / 3.0))
@@ -258,7 +262,9 @@ def _judge_tracks(world, listed):
 
 @compiled
 def _judge_agents(world, listed):
-    """Alg. 2: an agent is as good as the tracks that it holds, and as bad as the good tracks that it does not."""
+    """Alg. 2: an agent is as good as the tracks that it holds, and as bad as the good tracks that it does
+    not hold.
+    """
     switches, columns = floats1(world, F.defense_params), ints1(world, F.listing)
     agent = floats2(world, F.agent_belief)
     bias, threshold = switches[AGENT_BIAS], switches[BIAS_BELOW]
@@ -309,7 +315,7 @@ def _comes_first(world, k, j, other):
 
 @compiled
 def _conclude(world, listed):
-    """The verdict: means and variances; a track is fit for publication while its trust is at least one half."""
+    """The verdict: means and variances; a track is fit for publication while its trust is at least a half."""
     columns, publish = ints1(world, F.listing), flags1(world, F.publish)
     track, agent = floats2(world, F.track_belief), floats2(world, F.agent_belief)
     for c in range(listed):
