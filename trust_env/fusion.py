@@ -86,7 +86,8 @@ class FusionCentre:
         placed = None if poses is None else self._checked_poses(poses)
         if placed is None and self._pose_missing:
             raise ValueError(
-                f"poses are needed: {self._pose_missing}; expected an array [{self.n_agents}, 3] of x, y, heading"
+                f"poses are needed: {self._pose_missing}; "
+                f"expected an array [{self.n_agents}, 3] of x, y, heading"
             )
         arrays = self._worlds.arrays
         if placed is not None:
@@ -98,7 +99,7 @@ class FusionCentre:
             arrays.dt[...] = now - self._time
         self._time = now
         self._worlds.run_frame(engine.TRACK, 0)
-        arrays.frame += 1
+        arrays.frame[...] += 1
         return self._frame(now)
 
     def _frame(self, now: float) -> FusedFrame:
@@ -108,11 +109,19 @@ class FusionCentre:
         shown = columns[a.published[0, columns]]
         evidence = {name: a[name][0][:, columns].copy() for name in ("expected", "detected", "held")}
         return FusedFrame(
-            time=now, track_id=a.track_id[0, columns], tracks=a.track_mean[0, columns], covariances=a.track_cov[0, columns],
-            status=a.track_status[0, columns], scores=a.track_score[0, columns], existence=expit(a.track_score[0, columns]),
-            trust=a.track_trust[0, columns], agent_trust=a.agent_trust[0].copy(), picture=a.track_mean[0, shown], picture_id=a.track_id[0, shown],
+            time=now,
+            track_id=a.track_id[0, columns],
+            tracks=a.track_mean[0, columns],
+            covariances=a.track_cov[0, columns],
+            status=a.track_status[0, columns],
+            scores=a.track_score[0, columns],
+            existence=expit(a.track_score[0, columns]),
+            trust=a.track_trust[0, columns],
+            agent_trust=a.agent_trust[0].copy(),
+            picture=a.track_mean[0, shown],
+            picture_id=a.track_id[0, shown],
             **evidence,
-        )  # fmt: skip
+        )
 
     def _checked_reports(self, detections: Sequence[Any]) -> list[np.ndarray]:
         if len(detections) != self.n_agents:
@@ -125,15 +134,18 @@ class FusionCentre:
             points = points.reshape(0, 2) if points.size == 0 else points
             if points.ndim != 2 or points.shape[1] != 2:
                 raise ValueError(
-                    f"the detections of agent {k} must have shape [n, 2] (x, y in m), not {list(points.shape)}"
+                    f"the detections of agent {k} must have shape [n, 2] (x, y in m), "
+                    f"not {list(points.shape)}"
                 )
             if not np.isfinite(points).all():
                 raise ValueError(
-                    f"the detections of agent {k} must be finite; row {np.argwhere(~np.isfinite(points))[0][0]} is not"
+                    f"the detections of agent {k} must be finite; "
+                    f"row {np.argwhere(~np.isfinite(points))[0][0]} is not"
                 )
             if len(points) > limit:
                 raise ValueError(
-                    f"agent {k} reports {len(points)} detections; sensor.max_detections of scenario {self.scenario.name!r} is {limit}"
+                    f"agent {k} reports {len(points)} detections; "
+                    f"sensor.max_detections of scenario {self.scenario.name!r} is {limit}"
                 )
             out.append(points)
         return out
@@ -151,7 +163,8 @@ class FusionCentre:
         array = np.asarray(poses, dtype=np.float64)
         if array.shape != (self.n_agents, 3) or not np.isfinite(array).all():
             raise ValueError(
-                f"poses must be finite and of shape [{self.n_agents}, 3] (x, y in m, heading in rad); got shape {list(array.shape)}"
+                f"poses must be finite and of shape [{self.n_agents}, 3] (x, y in m, heading in rad); "
+                f"got shape {list(array.shape)}"
             )
         return array
 
@@ -194,7 +207,8 @@ def replay_evidence(
     if agent_priors:
         if not isinstance(judge, Trust):
             raise ValueError(f"agent_priors are for the defense `trust`, not {type(judge).__name__}")
-        judge = Trust(**(judge.params() | {"agent_priors": dict(agent_priors)}))
+        params: dict[str, Any] = {**judge.params(), "agent_priors": dict(agent_priors)}
+        judge = Trust(**params)
     most = max((len(frame["track_id"]) for frame in listed), default=1)
     team = {"n_adversaries": 0, "n_benign": n_agents, "placement": "together"}
     worlds = Worlds(
@@ -219,7 +233,8 @@ def _checked_frame(f: int, frame: Mapping[str, Any], n_agents: int) -> dict[str,
         out[name] = out[name].reshape(n_agents, 0) if tracks == 0 and out[name].size == 0 else out[name]
         if out[name].shape != (n_agents, tracks):
             raise ValueError(
-                f"frame {f}: {name} must have shape [{n_agents}, {tracks}] (agents, tracks), not {list(out[name].shape)}"
+                f"frame {f}: {name} must have shape [{n_agents}, {tracks}] (agents, tracks), "
+                f"not {list(out[name].shape)}"
             )
     return out
 
@@ -242,11 +257,12 @@ def _judge_frame(worlds: Worlds, frame: Mapping[str, np.ndarray]) -> ReplayedFra
     a.track_mean[0, columns] = frame.get("track_mean", np.zeros((len(ids), 4)))
     a.track_hits[0, columns] = frame.get("hits", np.full(len(ids), 1000))
     worlds.run_frame(0, 0)
-    a.frame += 1
+    a.frame[...] += 1
     beliefs = isinstance(worlds.defense, Trust)
     pairs = a.track_belief[0, columns].tolist() if beliefs else []
     return ReplayedFrame(
-        ids, a.track_trust[0, columns], a.track_trust_var[0, columns], a.publish[0, columns], a.agent_trust[0].copy(), a.agent_trust_var[0].copy(),
+        ids, a.track_trust[0, columns], a.track_trust_var[0, columns], a.publish[0, columns],
+        a.agent_trust[0].copy(), a.agent_trust_var[0].copy(),
         {i: (alpha, beta) for i, (alpha, beta) in zip(ids.tolist(), pairs, strict=False)},
         [(alpha, beta) for alpha, beta in a.agent_belief[0].tolist()] if beliefs else [],
     )  # fmt: skip

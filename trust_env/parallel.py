@@ -33,7 +33,7 @@ class TrustEnv(ParallelEnv):
     `trust_env.action`, `observation_table`.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {
+    metadata: ClassVar[dict[str, Any]] = {  # pyright: ignore[reportIncompatibleVariableOverride]
         "name": "trust_env_v0",
         "render_modes": ["human", "rgb_array", "ansi"],
         "render_fps": 10,
@@ -160,7 +160,7 @@ class TrustEnv(ParallelEnv):
             raise ValueError(
                 str(error)
                 if "action of" in str(error)
-                else f"the action of {agent} must be {shape} numbers: {error}"
+                else f"the action of {agent} must be {shape} numbers: {error}"  # pyright: ignore[reportPossiblyUnboundVariable]
             ) from None
         if len(actions) != len(self._staged_rows):
             raise self._unfit_agents(actions)
@@ -201,11 +201,15 @@ class TrustEnv(ParallelEnv):
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Go on from a snapshot of `get_state`. ValueError if it comes from an environment of another shape."""
+        """Go on from a snapshot of `get_state`.
+
+        Raises ValueError if it comes from an environment of another shape.
+        """
         row = np.asarray(state["row"])
         if row.shape != self.worlds.rows[0].shape or row.dtype != np.uint8:
             raise ValueError(
-                f"the snapshot holds {row.size} bytes of {row.dtype}, a world of this scenario and defense {self.worlds.rows.shape[1]} of uint8"
+                f"the snapshot holds {row.size} bytes of {row.dtype}, "
+                f"a world of this scenario and defense {self.worlds.rows.shape[1]} of uint8"
             )
         self.worlds.rows[0] = row
         self.agents, self._started = list(state["agents"]), bool(state["started"])
@@ -213,7 +217,9 @@ class TrustEnv(ParallelEnv):
             self.worlds.own_defense = copy.deepcopy(state["defense"])
 
     def render(self):
-        """A frame: uint8[H, W, 3] (`rgb_array`), text (`ansi`), or None after drawing in a window (`human`)."""
+        """A frame: uint8[H, W, 3] (`rgb_array`) or text (`ansi`); None after drawing it in a window
+        (`human`).
+        """
         if self.render_mode is None:
             gymnasium.logger.warn(
                 'render() without a render mode: pass render_mode="rgb_array", "human" or "ansi"'
@@ -256,14 +262,18 @@ class TrustEnv(ParallelEnv):
         self._bind()
 
     def __repr__(self) -> str:
-        return f"TrustEnv(scenario={self.scenario.name!r}, defense={type(self.worlds.defense).__name__}, agents={len(self.possible_agents)})"
+        return (
+            f"TrustEnv(scenario={self.scenario.name!r}, defense={type(self.worlds.defense).__name__}, "
+            f"agents={len(self.possible_agents)})"
+        )
 
 
 def _as_action(agent: str, action: Any, size: int) -> np.ndarray:
     array = np.asarray(action)
     if array.shape != (size,) or array.dtype.kind not in "fiub":
         raise ValueError(
-            f"the action of {agent} must be {size} finite numbers, Box(-1, 1, ({size},)); got shape {list(array.shape)} of {array.dtype}"
+            f"the action of {agent} must be {size} finite numbers, Box(-1, 1, ({size},)); "
+            f"got shape {list(array.shape)} of {array.dtype}"
         )
     return array
 

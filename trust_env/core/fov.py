@@ -159,14 +159,13 @@ def sample(world, k, key, frame, index):
     kind = ints1(world, F.fov_type)[k]
     if kind == POLYGON:
         x0, x1, y0, y1 = bounding_box(world, k)
-        for attempt in range(
-            64
-        ):  # a triangle fills half its box at least, unless it is turned: then an eighth or so
+        # A triangle fills half its box at least, unless it is turned: then an eighth or so.
+        for attempt in range(64):
             u, v = uniform_pair(key, CLUTTER, frame, (index << 6) | attempt)
             x, y = x0 + u * (x1 - x0), y0 + v * (y1 - y0)
             if contains(world, k, x, y):
                 return x, y
-        return move_inside(world, k, x, y)
+        return move_inside(world, k, x, y)  # pyright: ignore[reportPossiblyUnboundVariable]
     u, v = uniform_pair(key, CLUTTER, frame, index << 6)
     distance = radius * math.sqrt(u)
     half = math.pi if kind == CIRCLE else floats1(world, F.fov_half_width)[k]

@@ -33,18 +33,22 @@ ROW, PARAMS, SCRATCH = 0, 1, 2
 PARAM_FIELDS = {
     # limits and switches                                     the codes are those of `params.py`
     "horizon": "i8", "knowledge": "i8", "shared": "i8", "actuation": "i8", "full_evidence": "i8",
-    "confirmation": "i8", "confirm_m": "i8", "confirm_n": "i8", "confirm_hits": "i8", "deletion": "i8", "max_unseen": "i8",
+    "confirmation": "i8", "confirm_m": "i8", "confirm_n": "i8", "confirm_hits": "i8",
+    "deletion": "i8", "max_unseen": "i8",
     "target_source": "i8", "defense": "i8",
     # targets
-    "area": "f8 4", "speed": "f8 2", "initial_probability": "f8", "birth_rate": "f8", "death_rate": "f8", "target_noise": "f8",
-    "start_state": "f8 N 4", "record": "f8 T N 4", "placement": "i8", "spread": "f8",
+    "area": "f8 4", "speed": "f8 2", "initial_probability": "f8", "birth_rate": "f8", "death_rate": "f8",
+    "target_noise": "f8", "start_state": "f8 N 4", "record": "f8 T N 4", "placement": "i8", "spread": "f8",
     # agents: sensing, threat model
-    "role": "i8 K", "start_pose": "f8 K 3", "pose_drawn": "b1 K", "fov_type": "i8 K", "fov_radius": "f8 K", "fov_heading": "f8 K",
-    "fov_half_width": "f8 K", "fov_vertices": "f8 K V 2", "fov_sides": "i8 K", "clutter_mean": "f8 K", "p_detect": "f8 K",
-    "noise_cov": "f8 K 2 2", "noise_chol": "f8 K 2 2", "injection_budget": "i8 K", "suppression_budget": "i8 K",
+    "role": "i8 K", "start_pose": "f8 K 3", "pose_drawn": "b1 K",
+    "fov_type": "i8 K", "fov_radius": "f8 K", "fov_heading": "f8 K", "fov_half_width": "f8 K",
+    "fov_vertices": "f8 K V 2", "fov_sides": "i8 K",
+    "clutter_mean": "f8 K", "p_detect": "f8 K", "noise_cov": "f8 K 2 2", "noise_chol": "f8 K 2 2",
+    "injection_budget": "i8 K", "suppression_budget": "i8 K",
     # what the tracker believes
-    "initial_score": "f8 K", "hit_constant": "f8 K", "miss_gain": "f8 K", "process_noise": "f8", "velocity_variance": "f8",
-    "gate": "f8", "confirm_threshold": "f8", "delete_threshold": "f8", "confirmed_drop": "f8", "tentative_drop": "f8",
+    "initial_score": "f8 K", "hit_constant": "f8 K", "miss_gain": "f8 K",
+    "process_noise": "f8", "velocity_variance": "f8", "gate": "f8",
+    "confirm_threshold": "f8", "delete_threshold": "f8", "confirmed_drop": "f8", "tentative_drop": "f8",
     # evidence, metrics, rewards, observations
     "near_distance": "f8", "hold_distance": "f8", "match_distance": "f8", "cutoff": "f8", "order": "f8",
     "reward_false_track": "f8", "reward_missing_target": "f8", "reward_lost_trust": "f8",
@@ -54,8 +58,8 @@ PARAM_FIELDS = {
 }  # fmt: skip
 
 _TRACKER = {
-    "id": "i8", "status": "i8", "mean": "f8 4", "cov": "f8 4 4", "score": "f8", "initial": "f8", "peak": "f8", "age": "i8", "unseen": "i8",
-    "hits": "i8", "window": "i8", "hit_now": "b1", "doomed": "b1",
+    "id": "i8", "status": "i8", "mean": "f8 4", "cov": "f8 4 4", "score": "f8", "initial": "f8", "peak": "f8",
+    "age": "i8", "unseen": "i8", "hits": "i8", "window": "i8", "hit_now": "b1", "doomed": "b1",
 }  # fmt: skip
 
 
@@ -70,23 +74,27 @@ ROW_FIELDS = {
     # which world this is
     "seed": "i8", "world_id": "i8", "episode": "i8", "frame": "i8", "active": "i8", "dt": "f8",
     # agents and targets
-    "pose": "f8 K 3", "fov_box": "f8 K 4", "target_alive": "b1 N", "target_state": "f8 N 4", "judged_alive": "b1 N", "judged_state": "f8 N 4",
-    "judged_visible": "b1 N", "judged_confirmed": "b1 J",
+    "pose": "f8 K 3", "fov_box": "f8 K 4", "target_alive": "b1 N", "target_state": "f8 N 4",
+    "judged_alive": "b1 N", "judged_state": "f8 N 4", "judged_visible": "b1 N", "judged_confirmed": "b1 J",
     # detections as sensed (raw) and as reported
     "raw_count": "i8 K", "raw_detections": "f8 K D 2", "raw_origin": "i8 K D",
     "report_count": "i8 K", "reports": "f8 K D 2", "report_origin": "i8 K D", "overflow": "i8 4",
     # trackers: the central one and one per agent
-    "columns": "i8 K+1", "next_id": "i8 K+1", **_tracker_fields("track", "J"), "track_injected_hits": "i8 J",
+    "columns": "i8 K+1", "next_id": "i8 K+1",
+    **_tracker_fields("track", "J"), "track_injected_hits": "i8 J",
     **_tracker_fields("local", "K L"),
     # evidence
-    "expected": "b1 K J", "detected": "b1 K J", "held": "b1 K J", "assignment": "i8 K D", "agent_score": "f8 K J",
+    "expected": "b1 K J", "detected": "b1 K J", "held": "b1 K J",
+    "assignment": "i8 K D", "agent_score": "f8 K J",
     # verdict and picture
-    "track_trust": "f8 J", "track_trust_var": "f8 J", "agent_trust": "f8 K", "agent_trust_var": "f8 K", "publish": "b1 J",
-    "keep": "b1 J", "agent_weight": "f8 K", "published": "b1 J", "last_agent_trust": "f8 K",
+    "track_trust": "f8 J", "track_trust_var": "f8 J", "agent_trust": "f8 K", "agent_trust_var": "f8 K",
+    "publish": "b1 J", "keep": "b1 J", "agent_weight": "f8 K", "published": "b1 J",
+    "last_agent_trust": "f8 K",
     # what built-in defenses remember
     "belief_id": "i8 J", "track_belief": "f8 J 2", "agent_belief": "f8 K 2",
     # outcome of the frame
-    "track_target": "i8 J", "track_label": "i8 J", "track_injected": "b1 J", "metrics": "f8 8", "reward": "f8 K",
+    "track_target": "i8 J", "track_label": "i8 J", "track_injected": "b1 J",
+    "metrics": "f8 8", "reward": "f8 K",
     # the players' side
     "action": "f8 K A", "observation": "f4 K O",
     # what only some defenses need: last, so that the other worlds stay close together
@@ -95,9 +103,12 @@ ROW_FIELDS = {
 }  # fmt: skip
 
 SCRATCH_FIELDS = {
-    "pair_start": "i8 R+1", "pair_column": "i8 P", "pair_cost": "f8 P", "row_column": "i8 R", "column_row": "i8 C", "column_degree": "i8 C",
-    "row_potential": "f8 R", "column_potential": "f8 C", "path_cost": "f8 C", "path_row": "i8 C", "touched": "i8 C", "done": "b1 C",
-    "scan_geometry": "f8 C 6", "scan_columns": "i8 C", "scan_inside": "b1 C", "scan_gain": "f8 C", "rank": "f8 D", "scan_assignment": "i8 R", "listing": "i8 C", "estimates": "f8 R 2", "truths": "f8 C 2",
+    "pair_start": "i8 R+1", "pair_column": "i8 P", "pair_cost": "f8 P",
+    "row_column": "i8 R", "column_row": "i8 C", "column_degree": "i8 C",
+    "row_potential": "f8 R", "column_potential": "f8 C",
+    "path_cost": "f8 C", "path_row": "i8 C", "touched": "i8 C", "done": "b1 C",
+    "scan_geometry": "f8 C 6", "scan_columns": "i8 C", "scan_inside": "b1 C", "scan_gain": "f8 C",
+    "rank": "f8 D", "scan_assignment": "i8 R", "listing": "i8 C", "estimates": "f8 R 2", "truths": "f8 C 2",
 }  # fmt: skip
 
 METRICS = (
@@ -243,12 +254,12 @@ def _view_in_python(dtype: Any, ndim: int) -> Any:
     """The same as `_view_in_kernel` without the compiler (NUMBA_DISABLE_JIT=1)."""
 
     def view(world, field):
-        entry = np.frombuffer(
-            (ctypes.c_int64 * (6 * N_FIELDS)).from_address(int(world.layout)), np.int64
-        ).reshape(-1, 6)[field]
+        table: Any = (ctypes.c_int64 * (6 * N_FIELDS)).from_address(int(world.layout))
+        entry = np.frombuffer(table, np.int64).reshape(-1, 6)[field]
         shape, base = entry[2 : 2 + ndim], world[entry[0]]
         size = int(np.prod(shape)) * np.dtype(dtype).itemsize
-        return np.frombuffer((ctypes.c_char * size).from_address(int(base + entry[1])), dtype).reshape(shape)
+        memory: Any = (ctypes.c_char * size).from_address(int(base + entry[1]))
+        return np.frombuffer(memory, dtype).reshape(shape)
 
     return view
 
@@ -261,7 +272,7 @@ def _tracker_view_in_python(dtype: Any, ndim: int) -> Any:
 
 
 _LOCAL = F.local_id - F.track_id  # from a field of the central tracker to the same field of the local ones
-_JIT_OFF = bool(numba.config.DISABLE_JIT)  # pyright: ignore[reportAttributeAccessIssue]
+_JIT_OFF = bool(numba.config.DISABLE_JIT)  # pyright: ignore[reportAttributeAccessIssue, reportPrivateImportUsage]
 _view = _view_in_python if _JIT_OFF else _view_in_kernel
 _tracker_view = _tracker_view_in_python if _JIT_OFF else _tracker_view_in_kernel
 floats1, floats2, floats3, floats4 = (_view(np.float64, ndim) for ndim in (1, 2, 3, 4))
