@@ -19,7 +19,7 @@ from numba.core.registry import cpu_target
 from numba.core.types import unliteral
 
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
-_JIT_OFF = bool(numba.config.DISABLE_JIT)  # pyright: ignore[reportAttributeAccessIssue]
+_JIT_OFF = bool(numba.config.DISABLE_JIT)  # pyright: ignore[reportAttributeAccessIssue, reportPrivateImportUsage]
 
 
 def compiled(function: Any, inlined: bool = False) -> Any:
@@ -29,7 +29,8 @@ def compiled(function: Any, inlined: bool = False) -> Any:
     generated for calls from Python; and a kernel is only translated here, to be optimised once with the whole
     entry that it is linked into.
     """
-    kernel = numba.njit(no_cpython_wrapper=True, forceinline=inlined, **_OPTIONS)(function)
+    options: dict[str, Any] = {**_OPTIONS, "no_cpython_wrapper": True, "forceinline": inlined}
+    kernel = numba.njit(**options)(function)
     if _JIT_OFF:
         return kernel
     resolve = kernel.get_call_template
@@ -69,7 +70,8 @@ class _LinkOnlyLibrary(JITCodeLibrary):
 
 @contextmanager
 def _linking_only() -> Iterator[None]:
-    codegen = cpu_target.target_context.codegen()
+    context: Any = cpu_target.target_context
+    codegen = context.codegen()
     outer = codegen._library_class, codegen.set_env
     codegen._library_class, codegen.set_env = _LinkOnlyLibrary, lambda *_: None
     try:
@@ -100,7 +102,7 @@ class Entry:
     """
 
     def __init__(self, function: Any):
-        self.kernel = numba.njit(**_OPTIONS)(function)
+        self.kernel: Any = numba.njit(**_OPTIONS)(function)
         self.ready = _JIT_OFF
         self.name = function.__name__
 
