@@ -139,7 +139,7 @@ def _advance(rows, params, scratch, layout, first, last, stages):
         stage <<= 1
 
 
-advance = Entry(_advance)
+advance = Entry(_advance, announced=True)
 """advance(rows uint8[W, ·], params uint8[·], scratch uint8[·], layout int64[·, 6], first, last, stages):
 worlds first to last - 1.
 """

@@ -101,10 +101,10 @@ class Entry:
     it compiles.
     """
 
-    def __init__(self, function: Any):
+    def __init__(self, function: Any, announced: bool = False):
         self.kernel: Any = numba.njit(**_OPTIONS)(function)
         self.ready = _JIT_OFF
-        self.name = function.__name__
+        self.announced = announced
 
     def __call__(self, *args: Any) -> Any:
         if not self.ready:
@@ -112,7 +112,7 @@ class Entry:
         return self.kernel(*args)
 
     def _first_call(self, *args: Any) -> Any:
-        fresh = self._enable_cache()
+        fresh = self._enable_cache() and self.announced
         if fresh:
             print(
                 "trust-env: compiling the simulator (once per installation, about 20 s) ...",
