@@ -87,9 +87,10 @@ def source_stamp() -> str:
     """One hash over all sources that kernels are made of.
 
     Numba looks at a kernel's own file only when it decides whether its cache is fresh; an edited callee would
-    go unnoticed.
+    go unnoticed, and so would NUMBA_BOUNDSCHECK.
     """
-    digest = hashlib.sha256(numba.__version__.encode())
+    checked = numba.config.BOUNDSCHECK  # pyright: ignore[reportAttributeAccessIssue, reportPrivateImportUsage]
+    digest = hashlib.sha256(f"{numba.__version__} {checked}".encode())
     homes = [*(_PACKAGE / "core").glob("*.py"), *(_PACKAGE / "defenses").glob("*.py")]
     for path in sorted([*homes, *(_PACKAGE / name for name in ("engine.py", "observation.py", "reward.py"))]):
         digest.update(path.read_bytes())
