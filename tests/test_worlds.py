@@ -275,6 +275,24 @@ def test_sensors_see_as_they_should(large):
     assert stats.kstest((radius / 350.0) ** 2, "uniform").pvalue > 1e-3
 
 
+@pytest.mark.parametrize("mean", [450.0, 501.0, 900.0])
+def test_clutter_in_masses_is_drawn_or_refused(mean):
+    scenario = {
+        "base": "case1",
+        "fov": {"radius": 1.0},
+        "sensor": {"clutter_density": mean / np.pi, "max_detections": 1000, "sigma": 0.1},
+        "agents": [{"role": "benign", "position": [0, 0]}],
+        "injections": [],
+    }
+    if mean > 500:
+        with pytest.raises(ValueError, match="false positives on average; expected at most 500"):
+            trust_env.load_scenario(scenario)
+        return
+    env = trust_env.vector_env(scenario, "score", num_worlds=100)
+    env.reset(seed=1)
+    assert abs(env.arrays.raw_count.mean() - 4 - mean) < 4 * np.sqrt(mean / 100)
+
+
 def test_correlated_noise():
     cov = [[40.0, 15.0], [15.0, 20.0]]
     scenario = {"base": "case1", "sensor": {"sigma": None, "noise_cov": cov}, "fov": {"radius": 1e3}}

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from trust_env.scenario import Scenario
 
 MAX_AGENTS = 64  # the agents that have hit a track are the bits of one integer
+MAX_CLUTTER = 500  # a scan, on average: Poisson numbers are drawn by inversion, and exp(-mean) is 0 from 745 on
 
 
 def agent_problems(scenario: Scenario) -> list[Problem]:
@@ -78,13 +79,15 @@ def _detections(scenario: Scenario) -> list[Problem]:
 
 
 def _clutter(scenario: Scenario) -> list[Problem]:
-    most = scenario.sensor.max_detections
+    detections = scenario.sensor.max_detections
+    most = min(detections, MAX_CLUTTER)
+    limit = f"sensor.max_detections ({most})" if most == detections else f"{most}"
     for k, entry in enumerate(scenario.entries):
         density, area = scenario.sensor_of(entry).clutter_density, scenario.fov_of(entry).area
         if density * area > most:
             text = (
                 f"the FOV of agent {k} has {area:.6g} m^2, so that a scan holds {density * area:.6g} false "
-                f"positives on average; expected at most sensor.max_detections ({most})"
+                f"positives on average; expected at most {limit}"
             )
             own = entry.sensor is not None and entry.sensor.clutter_density is not None
             above: Location = ("agents", k) if own else ()
