@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from trust_env.scenario import Scenario
 
 MAX_AGENTS = 64  # the agents that have hit a track are the bits of one integer
-MAX_CLUTTER = 500  # a scan, on average: Poisson numbers are drawn by inversion, and exp(-mean) is 0 from 745 on
+MAX_CLUTTER = 500  # a scan, on average: Poisson numbers are drawn by inversion, and exp(-745) is 0
 
 
 def agent_problems(scenario: Scenario) -> list[Problem]:
