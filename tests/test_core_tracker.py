@@ -13,8 +13,10 @@ from kernels import fov_of, reach_of
 from oracle import OracleCentre, OracleEvidence, OracleFrame, OracleTracker, OracleTrust, TrackerParams
 
 import trust_env
+from trust_env.action import encode_action
 from trust_env.defenses.trust import Trust
 from trust_env.scenario import Scenario
+from trust_env.theory import score_optimal_frames
 from trust_env.vector import VectorEnv
 
 EMPTY, TENTATIVE, CONFIRMED = 0, 1, 2
@@ -125,10 +127,10 @@ class Comparison:
         defense = Trust(preset=preset, **kernel)
         self.env = trust_env.vector_env(self.loaded, defense, num_worlds=worlds, threads=1, autoreset=False)
         self.preset, self.oracle_switches = preset, oracle
-        self.seen = dict.fromkeys(
-            ("births", "confirmed", "deleted", "evicted", "dropped", "false", "held"), 0
-        )
+        names = ["births", "confirmed", "deleted", "evicted", "dropped", "false", "held", "injected"]
+        self.seen = dict.fromkeys(names, 0)
         self.worst = 0.0
+        self.makers: list[dict[int, int]] = []  # per world: track id -> hits that were injections
 
     def run(self, frames: int, seed: int, **actions: float) -> Comparison:
         env, arrays = self.env, self.env.arrays
@@ -147,6 +149,7 @@ class Comparison:
             for w in range(env.num_worlds)
         ]
         act = Actions(env, seed, **actions)
+        self.makers = [{} for _ in references]
         for frame in range(frames):
             weights = arrays.agent_weight.copy()
             env.step(act(frame))
@@ -162,6 +165,7 @@ class Comparison:
         reports = [arrays.reports[w, k, : counts[k]].copy() for k in range(len(counts))]
         frame = reference.take(reports, weights if self.loaded.actuation == "weight" else None)
         self.compare_beliefs(w, frame)
+        self.compare_makers(w, reference.central)
         if self.loaded.actuation == "remove":
             reference.remove_distrusted()
         self.compare_tracker(f"world {w}, centre", "track", w, (), reference.central)
@@ -203,6 +207,19 @@ class Comparison:
             assert self.env.arrays.next_id[w, 0] == tracker.next_id
             self.seen["births"] = max(self.seen["births"], tracker.next_id)
             self.seen["deleted"] = max(self.seen["deleted"], tracker.next_id - len(tracker.tracks))
+
+    def compare_makers(self, w: int, central: OracleTracker) -> None:
+        """A track is injected when more of its hits were injections than not."""
+        for k, assignment in enumerate(central.assignment):
+            for d, i in enumerate(assignment.tolist()):
+                if i >= 0 and self.env.arrays.report_origin[w, k, d] <= -2:
+                    self.makers[w][i] = self.makers[w].get(i, 0) + 1
+        columns = self.columns("track", w, ())
+        for track in central.tracks:
+            if track.id in columns:
+                injected = 2 * self.makers[w].get(track.id, 0) > track.hits
+                assert self.env.arrays.track_injected[w, columns[track.id]] == injected
+                self.seen["injected"] += injected
 
     def compare_evidence(self, w: int, evidence: OracleEvidence) -> None:
         columns = self.columns("track", w, ())
@@ -302,7 +319,7 @@ DELETIONS = {
 @pytest.mark.parametrize("preset", ["paper", "cdc2024", "mate"])
 def test_a_patrol_under_attack(preset):
     seen = Comparison(BUSY, {"preset": preset}).run(60, seed=1).seen
-    assert min(seen["births"], seen["confirmed"], seen["deleted"], seen["held"], seen["false"]) > 5
+    assert min(seen[name] for name in seen if name not in ("evicted", "dropped")) > 5
 
 
 @pytest.mark.core
@@ -445,6 +462,28 @@ def test_built_in_scenarios(name):
     for preset in ("paper", "cdc2024"):
         comparison = Comparison({"base": name}, {"preset": preset}, worlds=1)
         comparison.run(min(50, comparison.loaded.horizon), seed=11, fire=0.8, suppress=0.02)
+
+
+@pytest.mark.core
+@pytest.mark.parametrize("order", ["adversaries_first", "adversaries_last"])
+@pytest.mark.parametrize(
+    ("n_adversaries", "n_benign"), [(1, n) for n in range(6)] + [(2, n) for n in range(7)]
+)
+def test_a_perfect_lie_is_confirmed_in_the_frame_that_theory_says(n_adversaries, n_benign, order):
+    team = {"n_adversaries": n_adversaries, "n_benign": n_benign, "order": order}
+    env = trust_env.vector_env({"base": "theorem", "team": team}, "score", autoreset=False)
+    env.reset(seed=1)
+    actions = np.zeros(env.arrays.action.shape, dtype=np.float32)
+    for k, role in enumerate(env.scenario.roles):
+        if role == "adversary":
+            box = env.arrays.fov_box[0, k]
+            actions[0, k] = encode_action(env.scenario, box, np.array([[12.0, -7.0]]))
+    confirmed = math.inf
+    for frame in range(1, 51):
+        env.step(actions)
+        if (env.arrays.track_status[0] == CONFIRMED).any():
+            confirmed = min(confirmed, frame)
+    assert confirmed == score_optimal_frames(env.scenario.roles)
 
 
 @pytest.mark.nojit

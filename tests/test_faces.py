@@ -328,6 +328,18 @@ def test_finite_numbers_of_any_kind_are_clipped_alike():
         assert rows[0] == rows[1] == rows[2] == rows[3]
 
 
+def test_the_order_of_a_dict_does_not_matter():
+    envs = [trust_env.parallel_env("trio", "trust") for _ in range(2)]
+    for env in envs:
+        env.reset(seed=3)
+    for _ in range(10):
+        actions = actions_of(envs[0], np.random.default_rng(envs[0].arrays.frame[0].item()))
+        turned = dict(reversed(actions.items()))
+        first, second = envs[0].step(actions), envs[1].step(turned)
+        assert list(first[0]) == list(second[0]) == envs[0].possible_agents
+        assert first[1:] == second[1:] and snapshot(envs[0]) == snapshot(envs[1])
+
+
 def test_steps_at_the_wrong_time():
     env = trust_env.parallel_env("case1", max_cycles=2)
     with pytest.raises(RuntimeError, match="reset"):

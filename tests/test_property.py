@@ -197,11 +197,17 @@ def matched(distance: np.ndarray, reach: float) -> list[tuple[int, int]]:
     return [(r, c) for r, c in zip(*linear_sum_assignment(cost)) if distance[r, c] <= reach]
 
 
+def targets_of(pairs: list[tuple[int, int]], n_tracks: int, alive: np.ndarray) -> list[int]:
+    found = {r: int(alive[c]) for r, c in pairs}
+    return [found.get(r, -1) for r in range(n_tracks)]
+
+
 def check_metrics(env: VectorEnv, w: int) -> None:
     """The frame's metrics, worked out anew."""
     a, m = env.arrays, env.scenario.metrics
     value = dict(zip(METRICS, a.metrics[w].tolist()))
     tracks, alive = np.flatnonzero(a.published[w]), np.flatnonzero(a.judged_alive[w])
+    assert (a.judged_confirmed[w] == (a.track_status[w] == 2)).all()
     points, truth = a.track_mean[w, tracks, :2], a.judged_state[w, alive, :2]
     fovs = [fov_of(env.scenario, k, a.pose[w, k]) for k in range(env.scenario.n_agents)]
     visible = np.array([any(holds(point) for holds in fovs) for point in truth], dtype=bool)
@@ -211,6 +217,11 @@ def check_metrics(env: VectorEnv, w: int) -> None:
         else np.zeros((len(tracks), 0))
     )
     pairs = matched(distance, m.match_distance)
+    assert a.track_target[w, tracks].tolist() == targets_of(pairs, len(tracks), alive)
+    confirmed = np.flatnonzero(a.track_status[w] == 2)
+    offset = a.track_mean[w, confirmed, None, :2] - truth[None]
+    labels = matched(np.hypot(offset[..., 0], offset[..., 1]), m.match_distance)
+    assert a.track_label[w, confirmed].tolist() == targets_of(labels, len(confirmed), alive)
     found = {c for _, c in pairs}
     assert value["published_tracks"] == len(tracks) and value["visible_targets"] == visible.sum()
     assert value["false_tracks"] == len(tracks) - len(pairs)

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
+import multiprocessing
+import warnings
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -201,6 +205,58 @@ def test_the_same_world_through_both_faces():
         assert list(reward.values()) == rewards[2].tolist()
         for name, value in infos[env.possible_agents[0]].items():
             assert value == info[name][2]
+
+
+# --- nor on who else runs, and where ------------------------------------------------------------------------
+
+
+def fingerprint(
+    seed: int = 4, n_worlds: int = 40, scenario: Any = "trio", env: VectorEnv | None = None
+) -> str:
+    """One number for all that happens in 25 frames."""
+    own = trust_env.vector_env(scenario, "trust", num_worlds=n_worlds, threads=2) if env is None else env
+    own.reset(seed=seed)
+    rng, digest = np.random.default_rng(seed), hashlib.sha256()
+    for _ in range(25):
+        observations, rewards, *_ = own.step(rng.uniform(-1, 1, own.arrays.action.shape))
+        digest.update(observations.tobytes() + rewards.tobytes())
+    own.close()
+    return digest.hexdigest()
+
+
+@pytest.mark.core
+def test_not_on_other_environments_that_run_between():
+    alone = [run(n_worlds=2, act=3), run("trio", n_worlds=2, act=3)]
+    envs = [trust_env.vector_env(scenario, "score", num_worlds=2) for scenario in (CLUTTERED, "trio")]
+    rngs = [np.random.default_rng(3) for _ in envs]
+    for env in envs:
+        env.reset(seed=11)
+    together = [[seen_by(env)] for env in envs]
+    for _ in range(FRAMES):
+        for env, rng, frames in zip(envs, rngs, together, strict=True):
+            env.step(rng.uniform(-1, 1, env.arrays.action.shape))
+            frames.append(seen_by(env))
+    assert all(same(a, b) for a, b in zip(alone, together, strict=True))
+
+
+def test_not_on_threads_that_run_at_once():
+    cases = [(seed, n, name) for seed, n, name in ((1, 40, "trio"), (2, 5, "patrol"), (3, 64, "case1"))]
+    alone = [fingerprint(*case) for case in cases]
+    with ThreadPoolExecutor(3) as pool:
+        assert list(pool.map(lambda case: fingerprint(*case), cases)) == alone
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+def test_not_on_the_process(method):
+    expected, env = fingerprint(), trust_env.vector_env("trio", "trust", num_worlds=40, threads=2)
+    assert fingerprint(env=env) == expected  # its threads have run before the fork
+    context = multiprocessing.get_context(method)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # Python 3.12 warns of forks beside threads
+        with context.Pool(1) as pool:
+            assert pool.apply_async(fingerprint, kwds={"env": env}).get(120) == expected
+            assert pool.apply_async(fingerprint).get(120) == expected
+    assert fingerprint(env=env) == expected
 
 
 # --- and the worlds are what the scenario says --------------------------------------------------------------
