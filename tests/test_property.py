@@ -153,6 +153,7 @@ DEFENSES = st.sampled_from(
 def check(env: VectorEnv) -> None:
     a = env.arrays
     known = a.track_status > 0
+    assert env.scenario.targets.slots > 0 or not a.target_alive.any()
     assert np.isfinite(a.observation).all() and np.abs(a.observation).max() <= 1.0
     assert np.isfinite(a.reward).all() and np.isfinite(a.metrics).all() and (a.metrics >= 0).all()
     for prefix in ("track", "local"):

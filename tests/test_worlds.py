@@ -331,6 +331,53 @@ def test_sensors_see_as_they_should(large):
     assert stats.kstest((radius / 350.0) ** 2, "uniform").pvalue > 1e-3
 
 
+def test_fixed_targets_start_where_they_should_and_drawn_velocities_differ():
+    fixed = {"positions": [[10.0, 20.0], [-3.0, 4.0]], "speed": [3.0, 12.0], "process_noise": 0.0}
+    env = trust_env.vector_env({"base": "patrol", "targets": fixed}, "score", num_worlds=500)
+    env.reset(seed=3)
+    state = env.arrays.target_state.copy()
+    assert env.arrays.target_alive.all() and (state[..., :2] == fixed["positions"]).all()
+    speed = np.hypot(state[..., 2], state[..., 3]).ravel()
+    course = np.arctan2(state[..., 3], state[..., 2]).ravel()
+    assert stats.kstest(speed, stats.uniform(3, 9).cdf).pvalue > 1e-3
+    assert stats.kstest(course, stats.uniform(-np.pi, 2 * np.pi).cdf).pvalue > 1e-3
+    for _ in range(150):  # out of the area, which does not matter to them
+        env.step(np.zeros(env.arrays.action.shape))
+    expected = state[..., :2] + 150 * state[..., 2:]
+    assert env.arrays.target_state[..., :2] == pytest.approx(expected) and env.arrays.target_alive.all()
+    given = fixed | {"velocities": [[1.0, 2.0], [-5.0, 0.0]]}
+    env = trust_env.vector_env({"base": "patrol", "targets": given}, "score")
+    env.reset(seed=3)
+    assert (env.arrays.target_state[0, :, 2:] == given["velocities"]).all()
+
+
+def test_recorded_targets_are_where_they_were(tmp_path):
+    rows = [(t, "a", 10.0 * t, 5.0) for t in range(12)]
+    rows += [(t, "b", -100.0, 3.0 * t) for t in (*range(2, 5), *range(90, 100))]  # with a long gap
+    lines = ["t,id,x,y", *(",".join(map(str, row)) for row in rows)]
+    (tmp_path / "tracks.csv").write_text("\n".join(lines))
+    scenario = {
+        "base": "patrol",
+        "targets": {"data": str(tmp_path / "tracks.csv")},
+        "horizon": None,
+        "area": None,
+    }
+    env = trust_env.vector_env(scenario, "score", autoreset=False)
+    recording = env.scenario.recording()
+    assert recording is not None and env.max_cycles == len(recording.times) == 100
+    env.reset(seed=1)
+    for frame in range(99):
+        alive, state = env.arrays.target_alive[0], env.arrays.target_state[0]
+        expected = {"a": (10.0 * frame, 5.0), "b": (-100.0, 3.0 * frame)}
+        present = {"a": frame < 12, "b": 2 <= frame < 5 or frame >= 90}
+        for n, name in enumerate(recording.ids):
+            assert alive[n] == present[name], (frame, name)
+            if alive[n]:
+                assert state[n, :2] == pytest.approx(expected[name])
+                assert state[n, 2:] == pytest.approx((10.0, 0.0) if name == "a" else (0.0, 3.0))
+        env.step(np.zeros(env.arrays.action.shape))
+
+
 @pytest.mark.parametrize("mean", [450.0, 501.0, 900.0])
 def test_clutter_in_masses_is_drawn_or_refused(mean):
     scenario = {

@@ -119,8 +119,7 @@ class Pack:
         elif targets.positions is not None and targets.positions:
             start = np.zeros((len(targets.positions), 4))
             start[:, :2] = targets.positions
-            if targets.velocities is not None:
-                start[:, 2:] = targets.velocities
+            start[:, 2:] = np.nan if targets.velocities is None else targets.velocities  # NaN: drawn
             self.set(target_source=motion.FIXED, start_state=start)
         self.set(match_distance=s.metrics.match_distance, cutoff=s.metrics.cutoff, order=s.metrics.order)
         self.set(near_distance=s.evidence.near_distance or 0.0, hold_distance=s.evidence.hold_distance)

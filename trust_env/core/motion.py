@@ -35,6 +35,8 @@ def place_targets(world):
             alive[n] = True
             for axis in range(4):
                 state[n, axis] = start[n, axis]
+            if math.isnan(start[n, 2]):  # the scenario gives no velocities
+                _draw_velocity(world, key, 0, n)
         else:
             alive[n] = uniform(key, TARGET_LIFE, 0, n) < real(world, F.initial_probability)
             _draw_start(world, key, 0, n)
@@ -43,10 +45,15 @@ def place_targets(world):
 @compiled
 def _draw_start(world, key, frame, n):
     """A uniform position in the area, a uniform heading, a uniform speed."""
-    area, speed = floats1(world, F.area), floats1(world, F.speed)
-    state = floats2(world, F.target_state)
+    area, state = floats1(world, F.area), floats2(world, F.target_state)
     u, v = uniform_pair(key, TARGET_START, frame, 2 * n)
     state[n, 0], state[n, 1] = area[0] + u * (area[1] - area[0]), area[2] + v * (area[3] - area[2])
+    _draw_velocity(world, key, frame, n)
+
+
+@compiled
+def _draw_velocity(world, key, frame, n):
+    state, speed = floats2(world, F.target_state), floats1(world, F.speed)
     u, v = uniform_pair(key, TARGET_START, frame, 2 * n + 1)
     rate = speed[0] + u * (speed[1] - speed[0])
     state[n, 2], state[n, 3] = rate * math.cos(2.0 * math.pi * v), rate * math.sin(2.0 * math.pi * v)
