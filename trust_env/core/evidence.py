@@ -37,8 +37,8 @@ def gather_evidence(world):
     for k in range(shape0(world, F.pose)):
         for j in range(whole(world, F.columns)):
             held[k, j] = False
-            expected[k, j] = status[j] != EMPTY and contains(world, k, mean[j, 0], mean[j, 1])
-            detected[k, j] = status[j] != EMPTY and _is_near(world, k, j)
+            expected[k, j] = (status[j] != EMPTY) & contains(world, k, mean[j, 0], mean[j, 1])
+            detected[k, j] = (status[j] != EMPTY) & _is_near(world, k, j)
         for j in range(whole(world, F.columns), expected.shape[1]):
             expected[k, j], detected[k, j], held[k, j] = False, False, False
         _match_local_tracks(world, k)
@@ -53,12 +53,12 @@ def _is_near(world, k, j):
     points = floats3(world, F.reports)[k]
     xx, xy, yy, det = innovation_cov(floats3(world, F.track_cov)[j], floats3(world, F.noise_cov)[k], 1.0)
     gate, near = real(world, F.gate), real(world, F.near_distance)
-    limit = gate * det
+    limit, found = gate * det, False
     for d in range(ints1(world, F.report_count)[k]):
         dx, dy = points[d, 0] - mean[0], points[d, 1] - mean[1]
-        if yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy <= limit or dx * dx + dy * dy <= near * near:
-            return True
-    return False
+        gated = yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy <= limit
+        found |= gated | (dx * dx + dy * dy <= near * near)
+    return found
 
 
 @compiled
@@ -81,9 +81,9 @@ def _match_local_tracks(world, k):
         start[rows] = pairs
         for c in range(listed):
             dx, dy = local[a, 0] - central[columns[c], 0], local[a, 1] - central[columns[c], 1]
-            if abs(dx) <= reach and dx * dx + dy * dy <= reach * reach:
-                pair_column[pairs], cost[pairs] = c, math.sqrt(dx * dx + dy * dy)
-                pairs += 1
+            squared = dx * dx + dy * dy
+            pair_column[pairs], cost[pairs] = c, math.sqrt(squared)
+            pairs += int(squared <= reach * reach)
         rows += 1
     start[rows] = pairs
     most_pairs_then_least_cost(world, rows, listed)

@@ -44,9 +44,10 @@ def contains(world, k, x, y):
     """Φ_k(x, y)."""
     pose, radius = floats2(world, F.pose), floats1(world, F.fov_radius)[k]
     dx, dy = x - pose[k, 0], y - pose[k, 1]
-    if dx * dx + dy * dy > radius * radius:
-        return False
-    return ints1(world, F.fov_type)[k] == CIRCLE or _in_shape(world, k, x, y)
+    near = dx * dx + dy * dy <= radius * radius
+    if ints1(world, F.fov_type)[k] == CIRCLE:
+        return near
+    return near and _in_shape(world, k, x, y)
 
 
 @inlined

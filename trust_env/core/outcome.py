@@ -10,7 +10,7 @@ import math
 
 from trust_env.core.association import NONE, assign, most_pairs_then_least_cost
 from trust_env.core.fov import contains
-from trust_env.core.jit import compiled
+from trust_env.core.jit import compiled, inlined
 from trust_env.core.layout import F, flags1, floats1, floats2, ints1, real, shape0, whole
 from trust_env.core.score import CONFIRMED
 
@@ -103,9 +103,7 @@ def _freeze_truth(world):
         for axis in range(4):
             judged_state[n, axis] = state[n, axis]
         for k in range(shape0(world, F.pose)):
-            if alive[n] and contains(world, k, state[n, 0], state[n, 1]):
-                visible[n] = True
-                break
+            visible[n] |= alive[n] & contains(world, k, state[n, 0], state[n, 1])
 
 
 @compiled
@@ -137,9 +135,9 @@ def _match_tracks(world, picture_only):
         start[listed] = pairs
         for n in range(alive.shape[0]):
             dx, dy = mean[j, 0] - state[n, 0], mean[j, 1] - state[n, 1]
-            if alive[n] and abs(dx) <= reach and dx * dx + dy * dy <= reach * reach:
-                pair_column[pairs], cost[pairs] = n, math.sqrt(dx * dx + dy * dy)
-                pairs += 1
+            squared = dx * dx + dy * dy
+            pair_column[pairs], cost[pairs] = n, math.sqrt(squared)
+            pairs += int(alive[n] & (squared <= reach * reach))
         rows[listed] = j
         listed += 1
     start[listed] = pairs
@@ -199,6 +197,11 @@ def _measure_picture(world):
     )
 
 
+@inlined
+def _root(value, order):
+    return math.sqrt(value) if order == 2.0 else value ** (1.0 / order)
+
+
 @compiled
 def set_distances(world, n_estimates, n_truths, cutoff, order):
     """GOSPA with α = 2 (Rahmathullah, García-Fernández & Svensson 2017, Prop. 1) and OSPA (Schuhmacher, Vo &
@@ -219,10 +222,12 @@ def set_distances(world, n_estimates, n_truths, cutoff, order):
         for c in range(n_truths):
             dx, dy = estimates[r, 0] - truths[c, 0], estimates[r, 1] - truths[c, 1]
             squared = dx * dx + dy * dy
-            if squared < cutoff * cutoff:
-                pair_column[pairs], cost[pairs] = c, squared if order == 2.0 else squared ** (0.5 * order)
-                pairs += 1
+            pair_column[pairs], cost[pairs] = c, squared
+            pairs += int(squared < cutoff * cutoff)
     start[n_estimates] = pairs
+    if order != 2.0:
+        for p in range(pairs):
+            cost[p] **= 0.5 * order
     assign(world, n_estimates, n_truths, limit)
     assigned, localisation = 0, 0.0
     row_column = ints1(world, F.row_column)
@@ -232,7 +237,7 @@ def set_distances(world, n_estimates, n_truths, cutoff, order):
                 assigned += 1
                 localisation += cost[p]
     unassigned = n_estimates + n_truths - 2 * assigned
-    gospa = (localisation + 0.5 * limit * unassigned) ** (1.0 / order)
+    gospa = _root(localisation + 0.5 * limit * unassigned, order)
     most = max(n_estimates, n_truths)
-    ospa = ((localisation + limit * (most - assigned)) / most) ** (1.0 / order) if most > 0 else 0.0
+    ospa = _root((localisation + limit * (most - assigned)) / most, order) if most > 0 else 0.0
     return gospa, ospa, localisation, assigned

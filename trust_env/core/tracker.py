@@ -100,22 +100,17 @@ def _gate(world, tracker, k, weight):
     gain, inside = floats1(world, F.scan_gain), flags1(world, F.scan_inside)
     farthest, seen = _farthest_detection(world, k), 0
     for j in range(n_columns(world, tracker)):
+        # Written first, counted after: whether a track is listed is hard to predict, for the processor too.
         gain[j] = 0.0
-        if status[j] == EMPTY:
-            continue
         xx, xy, yy, det = kalman.innovation_cov(cov[j], noise, weight)
         inside[seen] = contains(world, k, mean[j, 0], mean[j, 1])
         margin = math.sqrt(gate * (xx + yy))  # no detection within the gate is farther from the track
-        if inside[seen] or within_reach(world, k, mean[j, 0], mean[j, 1], farthest + margin):
-            geometry[seen, 0], geometry[seen, 1] = mean[j, 0], mean[j, 1]
-            geometry[seen, 2], geometry[seen, 3], geometry[seen, 4] = (
-                yy / det,
-                -2.0 * xy / det,
-                xx / det,
-            )  # S⁻¹
-            geometry[seen, 5] = det
-            columns[seen] = j
-            seen += 1
+        reached = inside[seen] | within_reach(world, k, mean[j, 0], mean[j, 1], farthest + margin)
+        geometry[seen, 0], geometry[seen, 1] = mean[j, 0], mean[j, 1]
+        geometry[seen, 2], geometry[seen, 3], geometry[seen, 4] = yy / det, -2.0 * xy / det, xx / det  # S⁻¹
+        geometry[seen, 5] = det
+        columns[seen] = j
+        seen += int(reached & (status[j] != EMPTY))
     _list_pairs(world, k, seen, gate)
     return seen
 
@@ -140,10 +135,11 @@ def _list_pairs(world, k, seen, gate):
         for c in range(seen):
             dx, dy = x - geometry[c, 0], y - geometry[c, 1]
             distance2 = geometry[c, 2] * dx * dx + geometry[c, 3] * dx * dy + geometry[c, 4] * dy * dy
-            if distance2 <= gate:
-                pair_column[pairs], cost[pairs] = c, distance2 + math.log(geometry[c, 5])
-                pairs += 1
+            pair_column[pairs], cost[pairs] = c, distance2
+            pairs += int(distance2 <= gate)
     start[detections] = pairs
+    for p in range(pairs):
+        cost[p] += math.log(geometry[pair_column[p], 5])
 
 
 @inlined
