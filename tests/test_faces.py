@@ -128,6 +128,52 @@ def test_role_time_pose_and_detections_can_be_read_back():
         observations, *_ = env.step(actions_of(env, rng))
 
 
+def test_adversaries_read_each_other_and_benign_agents_nobody():
+    team = {"n_adversaries": 3, "n_benign": 1}
+    env = trust_env.parallel_env(
+        {"base": "trio", "team": team, "coordination": "shared", "knowledge": "poses"}
+    )
+    rng = np.random.default_rng(3)
+    observations, _ = env.reset(seed=3)
+    for _ in range(15):
+        a = env.arrays
+        for k, agent in enumerate(env.possible_agents):
+            read = env.observation_table.read(observations[agent], k)
+            for other in range(4):
+                allies = k != other and max(k, other) < 3
+                for name, count, points in (
+                    ("shared_detections", a.raw_count, a.raw_detections),
+                    ("shared_reports", a.report_count, a.reports),
+                ):
+                    n = count[0, other] if allies else 0
+                    assert read[f"{name}_mask"][other].sum() == n
+                    assert read[name][other, :n] == pytest.approx(points[0, other, :n], abs=2e-3)
+                pose = a.pose[0, other]
+                assert read["poses"][other] == pytest.approx(
+                    [*pose[:2], np.cos(pose[2]), np.sin(pose[2])], abs=1e-3
+                )
+                assert read["fovs"][other, 0] == pytest.approx(250.0, rel=1e-5)
+        observations, *_ = env.step(actions_of(env, rng))
+
+
+def test_one_kernel_serves_all_faces():
+    from trust_env import engine
+
+    for venv in (
+        trust_env.vector_env("trio", "trust", num_worlds=40),
+        trust_env.vector_env("case1", Remembers()),
+    ):
+        venv.reset(seed=1)
+        venv.step(np.zeros(venv.arrays.action.shape))
+        venv.close()
+    env = trust_env.parallel_env("patrol", "majority")
+    env.reset(seed=1)
+    env.step(honest(env))
+    trust_env.FusionCentre("case1").update([[]] * 3)
+    trust_env.replay_evidence([], n_agents=2)
+    assert len(engine.advance.kernel.signatures) <= 1  # 0 without the compiler
+
+
 @pytest.mark.core
 @pytest.mark.nojit
 def test_rewards_by_hand():

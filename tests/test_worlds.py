@@ -191,6 +191,40 @@ def test_episodes_seeds_and_worlds_differ_and_can_be_found_again():
 
 
 @pytest.mark.core
+@pytest.mark.parametrize("actuation", ["filter", "remove", "weight"])
+@pytest.mark.parametrize(
+    "defense", ["score", "trust", "trust(preset=cdc2024)", "trust(preset=mate)", "majority(window=5)"]
+)
+def test_an_episode_remembers_nothing_of_those_before(defense, actuation):
+    scenario = CLUTTERED | {"knowledge": "white_box", "horizon": 20, "actuation": actuation}
+    used, fresh = (trust_env.vector_env(scenario, defense, num_worlds=2) for _ in range(2))
+    used.reset(seed=6)
+    rng = np.random.default_rng(6)
+    for _ in range(2 * 20):
+        used.step(rng.uniform(-1, 1, used.arrays.action.shape))
+    begin, _ = fresh.reset(seed=6, options={"episodes": np.array([2, 2])})
+    assert np.array_equal(begin, used.arrays.observation)
+    for _ in range(20):
+        actions = rng.uniform(-1, 1, used.arrays.action.shape)
+        for a, b in zip(used.step(actions)[:4], fresh.step(actions)[:4], strict=True):
+            assert np.array_equal(a, b)
+        known = used.arrays.track_status > 0
+        for name in (
+            "overflow",
+            "metrics",
+            "track_id",
+            "agent_trust",
+            "agent_trust_var",
+            "published",
+            "next_id",
+        ):
+            np.testing.assert_array_equal(used.arrays[name], fresh.arrays[name], err_msg=name)
+        for name in ("agent_score", "expected", "detected", "held"):
+            ours, theirs = (env.arrays[name].swapaxes(1, 2)[known] for env in (used, fresh))
+            np.testing.assert_array_equal(ours, theirs, err_msg=name)
+
+
+@pytest.mark.core
 def test_the_same_world_through_both_faces():
     venv = trust_env.vector_env("trio", "trust", num_worlds=3)
     env = trust_env.parallel_env("trio", "trust")
