@@ -1,0 +1,56 @@
+"""What the paper says of score and trust, on real aircraft trajectories."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import trust_env
+from agents import Player
+
+DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "opensky_uk_2021-07-12.csv"
+
+
+def injected_tracks_shown(defense: str, attack: str = "false_positive", worlds: int = 6) -> np.ndarray:
+    """[4, 6, 2]: by reporting adversaries and honest observers, injected tracks confirmed, and those shown; a
+    track counts once a frame.
+    """
+    scenario = trust_env.load_scenario("skies", **{"targets.data": str(DATA)})
+    venv = trust_env.vector_env(scenario, defense, num_worlds=worlds, autoreset=False)
+    player, a = Player(venv, {"adversary": attack}), venv.arrays
+    adversary = np.array(scenario.roles) == "adversary"
+    counts = np.zeros((4, 6, 2))
+    observations, _ = venv.reset(seed=3)
+    for frame in range(venv.max_cycles):
+        observations, *_ = venv.step(player.actions(observations))
+        injected = a.judged_confirmed & a.track_injected & (a.track_label < 0) & (a.track_age >= 5)
+        reporters = (a.expected & a.detected)[:, adversary].sum(1)[injected]
+        observers = a.expected[:, ~adversary].sum(1)[injected]
+        np.add.at(counts[..., 0], (reporters, observers), 1)
+        np.add.at(counts[..., 1], (reporters, observers), a.published[injected])
+        if frame == 60:
+            break
+    return counts
+
+
+@pytest.mark.skipif(not DATA.is_file(), reason="the recording in ../shared/data is not there")
+def test_trust_hides_what_as_many_honest_agents_contradict_and_score_hides_nothing():
+    reporters, observers = np.indices((4, 6))
+    outnumbered = (reporters >= 1) & (observers >= reporters)
+    share = {}
+    for defense in ("score", "trust"):
+        confirmed, shown = injected_tracks_shown(defense)[outnumbered].sum(0)
+        assert confirmed > 1000
+        share[defense] = shown / confirmed
+    assert share["score"] == 1.0
+    assert share["trust"] < 0.2  # most of what is left are young tracks
+
+
+@pytest.mark.skipif(not DATA.is_file(), reason="the recording in ../shared/data is not there")
+def test_a_lone_observer_cannot_be_contradicted():
+    counts = injected_tracks_shown("trust")
+    confirmed, shown = counts[1, 0]  # one adversary reports it, no honest agent can see it
+    assert confirmed > 500
+    assert shown == confirmed
