@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from kernels import fov_of, reach_of
+from kernels import SHARED, fov_of, reach_of
 from oracle import OracleCentre, OracleEvidence, OracleFrame, OracleTracker, OracleTrust, TrackerParams
 
 import trust_env
@@ -20,6 +20,7 @@ from trust_env.theory import score_optimal_frames
 from trust_env.vector import VectorEnv
 
 EMPTY, TENTATIVE, CONFIRMED = 0, 1, 2
+TRAFFIC = SHARED / "data" / "opensky_uk_2021-07-12.csv"
 TOLERANCE = 1e-9
 
 
@@ -462,6 +463,13 @@ def test_built_in_scenarios(name):
     for preset in ("paper", "cdc2024"):
         comparison = Comparison({"base": name}, {"preset": preset}, worlds=1)
         comparison.run(min(50, comparison.loaded.horizon), seed=11, fire=0.8, suppress=0.02)
+
+
+@pytest.mark.core
+@pytest.mark.skipif(not TRAFFIC.exists(), reason=f"the recording is not there: {TRAFFIC}")
+def test_recorded_air_traffic():
+    skies = {"base": "skies", "targets": {"data": str(TRAFFIC)}}
+    assert Comparison(skies, worlds=1).run(12, seed=14).seen["confirmed"] > 5
 
 
 @pytest.mark.core
