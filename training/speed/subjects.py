@@ -1,4 +1,6 @@
-"""What of ours is timed. Actions are random, drawn before the clock starts."""
+"""What of ours is timed. Actions are drawn before the clock starts: every adversary keeps reporting false
+positives at places of its own, in all its slots, as an attacker does; nobody suppresses.
+"""
 
 from __future__ import annotations
 
@@ -13,36 +15,44 @@ from trust_env.scenario import Scenario, load_scenario
 from trust_env.vector import VectorEnv
 from trust_env.worlds import Worlds
 
-_DRAWN = 32  # frames of actions, used by turns
+
+def attack(scenario: Scenario, shape: tuple[int, ...]) -> np.ndarray:
+    """Actions float32[..., K, A] that inject at random places."""
+    actions, slots = np.zeros(shape, dtype=np.float32), scenario.injection.slots
+    rng = np.random.default_rng(0)
+    for k, role in enumerate(scenario.roles):
+        if role == "adversary":
+            places = rng.uniform(-0.7, 0.7, (*shape[:-2], slots, 3))
+            places[..., 0] = 1.0  # fire
+            actions[..., k, : 3 * slots] = places.reshape(*shape[:-2], 3 * slots)
+    return actions
 
 
 def parallel_subject(scenario: str) -> Run:
     """Steps of one world behind the PettingZoo face, resets included."""
     env = parallel_env(scenario)
-    rng = np.random.default_rng(0)
     size = env.action_space(env.possible_agents[0]).shape[0]
-    drawn = rng.uniform(-1.0, 1.0, (_DRAWN, len(env.possible_agents), size)).astype(np.float32)
-    actions = [dict(zip(env.possible_agents, frame, strict=True)) for frame in drawn]
+    drawn = attack(env.scenario, (len(env.possible_agents), size))
+    actions = dict(zip(env.possible_agents, drawn, strict=True))
     env.reset(seed=0)
 
     def run(frames: int) -> None:
-        for frame in range(frames):
+        for _ in range(frames):
             if not env.agents:
                 env.reset()
-            env.step(actions[frame % _DRAWN])
+            env.step(actions)
 
     return run
 
 
 def vector_subject(venv: VectorEnv) -> Run:
     """Steps of a batch, its automatic resets included; a frame is a frame of one world."""
-    rng = np.random.default_rng(0)
-    drawn = rng.uniform(-1.0, 1.0, (4, *venv.arrays.action.shape)).astype(np.float32)
+    actions = attack(venv.scenario, venv.arrays.action.shape)
     venv.reset(seed=0)
 
     def run(frames: int) -> None:
-        for step in range(-(-frames // venv.num_worlds)):
-            venv.step(drawn[step % len(drawn)])
+        for _ in range(-(-frames // venv.num_worlds)):
+            venv.step(actions)
 
     return run
 
@@ -76,8 +86,8 @@ def record(scenario: str) -> Recorded:
 def centre_subject(recorded: Recorded) -> Run:
     """The fusion centre on recorded detections, a kernel call a frame: trackers, evidence, trust, picture."""
     worlds = Worlds(recorded.scenario, "trust", 1, threads=1)
-    a = worlds.arrays
-    every = np.ones(1, dtype=bool)
+    a, every = worlds.arrays, np.ones(1, dtype=bool)
+    reports, counts = a.reports[0], a.report_count[0]
 
     def run(frames: int) -> None:
         for step in range(frames):
@@ -85,8 +95,8 @@ def centre_subject(recorded: Recorded) -> Run:
             if frame == 0:
                 worlds.start(every)
                 a.pose[0] = recorded.poses
-            a.reports[0], a.report_count[0] = recorded.reports[frame], recorded.counts[frame]
+            reports[...], counts[...] = recorded.reports[frame], recorded.counts[frame]
             worlds.run_frame(engine.TRACK, 0)
-            a["frame"][...] += 1
+            a.frame[0] += 1
 
     return run
