@@ -293,3 +293,11 @@ def test_text_shows_the_map_and_the_numbers():
 def test_text_says_when_there_is_no_opinion_and_needs_no_pygame(monkeypatch):
     monkeypatch.setitem(sys.modules, "pygame", None)
     assert started("case1", mode="ansi", frames=2, defense="score").render().count("no opinion") == 3
+
+
+def test_draws_again_after_somebody_has_quit_pygame():
+    env = trust_env.parallel_env("case1", render_mode="rgb_array")
+    env.reset(seed=0)
+    before = env.render()
+    pytest.importorskip("pygame").quit()
+    assert np.array_equal(env.render(), before)

@@ -75,7 +75,7 @@ def dotted(location: Location) -> str:
 def shown(value: object) -> str:
     """A value as it may stand in a message, cut where it gets long."""
     text = "null" if value is None else repr(_as_written(value))
-    return text if len(text) <= 80 else f"{text[:77]}..."
+    return text if len(text) <= 200 else f"{text[:197]}..."
 
 
 def _as_written(value: object) -> object:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable
-from functools import cache
 
 import numpy as np
 import pygame
@@ -15,10 +14,17 @@ _FINE = 2  # drawn pixels per pixel of the result
 _DASH = 4.0  # pixels, of a dash and of the gap after it
 
 
-@cache
+_FONTS: dict[int, pygame.font.Font] = {}
+
+
 def _font(size: int) -> pygame.font.Font:
+    """pygame's own font, the same on every machine; made anew where somebody has quit pygame in between."""
     pygame.font.init()
-    return pygame.font.Font(None, size)  # pygame's own font, the same on every machine
+    try:
+        _FONTS[size].get_height()
+    except (KeyError, pygame.error):
+        _FONTS[size] = pygame.font.Font(None, size)
+    return _FONTS[size]
 
 
 class Canvas:
