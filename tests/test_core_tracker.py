@@ -167,6 +167,7 @@ class Comparison:
         frame = reference.take(reports, weights if self.loaded.actuation == "weight" else None)
         self.compare_beliefs(w, frame)
         self.compare_makers(w, reference.central)
+        self.compare_assignment(w, reference.central)
         if self.loaded.actuation == "remove":
             reference.remove_distrusted()
         self.compare_tracker(f"world {w}, centre", "track", w, (), reference.central)
@@ -221,6 +222,16 @@ class Comparison:
                 injected = 2 * self.makers[w].get(track.id, 0) > track.hits
                 assert self.env.arrays.track_injected[w, columns[track.id]] == injected
                 self.seen["injected"] += injected
+
+    def compare_assignment(self, w: int, central: OracleTracker) -> None:
+        """Which detection hit which track (births are no hits); of tracks that are still there."""
+        arrays, columns = self.env.arrays, self.columns("track", w, ())
+        hits = {(k, d): i for k, i, d in central.hits}
+        for k, count in enumerate(arrays.report_count[w]):
+            for d, column in enumerate(arrays.assignment[w, k, :count].tolist()):
+                hit = columns.get(hits.get((k, d), -1), -1)
+                gone = column >= 0 and arrays.track_status[w, column] == EMPTY
+                assert column == hit or (gone and hit == -1), f"world {w}, agent {k}, detection {d}"
 
     def compare_evidence(self, w: int, evidence: OracleEvidence) -> None:
         columns = self.columns("track", w, ())
@@ -343,6 +354,14 @@ def test_all_confirmation_and_deletion_rules(confirmation, deletion):
 def test_full_stores_of_tentative_tracks():
     small = tracker(max_tracks=9, max_local_tracks=4, tentative_drop=7.0, max_unseen=20)
     assert Comparison(small).run(60, seed=4, fire=0.7).seen["evicted"] > 100
+
+
+@pytest.mark.core
+@pytest.mark.parametrize("size", [1, 2, 3])
+def test_stores_so_small_that_a_track_that_was_just_hit_gives_way(size):
+    small = tracker(max_tracks=size, max_local_tracks=size, tentative_drop=7.0)
+    seen = Comparison(small).run(40, seed=15, fire=0.7).seen
+    assert seen["evicted"] > 100 and seen["injected"] > 10
 
 
 @pytest.mark.core
