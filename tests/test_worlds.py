@@ -286,7 +286,7 @@ def _send_fingerprint(sender: Any, env: VectorEnv | None) -> None:
 
 def in_a_process(method: str, env: VectorEnv | None) -> str:
     """The fingerprint as another process finds it; the process is killed if it does not end by itself."""
-    context = multiprocessing.get_context(method)
+    context: Any = multiprocessing.get_context(method)
     receiver, sender = context.Pipe(duplex=False)
     process = context.Process(target=_send_fingerprint, args=(sender, env))
     with warnings.catch_warnings():
