@@ -1,13 +1,30 @@
-"""Checks of the parameters of policies: each names the parameter, the value and what was expected."""
+"""Checks of parameters of policies and views: each names the parameter, the value and what was expected."""
 
 from __future__ import annotations
 
+import inspect
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from numbers import Integral, Real
 from typing import Any
 
 from trust_env.errors import suggestion
+
+
+def made(kind: str, name: str, make: Callable[..., Any], params: Mapping[str, Any]) -> Any:
+    """`make(**params)`; ValueError for parameters that it does not take. `kind` is what messages call it."""
+    signature = inspect.signature(make)
+    known = [p.name for p in signature.parameters.values() if p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)]
+    takes_all = any(p.kind is p.VAR_KEYWORD for p in signature.parameters.values())
+    for key in params:
+        if key not in known and not takes_all:
+            hint = f"{suggestion(key, known)}it takes: {', '.join(known) or 'none'}"
+            raise ValueError(f"{kind} {name!r} has no parameter {key!r}; {hint}")
+    try:
+        signature.bind(**params)
+    except TypeError as error:
+        raise ValueError(f"{kind} {name!r}: {error}; it takes: {', '.join(known) or 'none'}") from None
+    return make(**params)
 
 
 def refuse(policy: str, name: str, value: Any, expected: str) -> ValueError:

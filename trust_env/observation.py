@@ -84,6 +84,7 @@ class Field:
     slice: slice
     shape: tuple[int, ...]
     unit: str
+    knowledge: str  # the least level that gives it
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,7 @@ class ObservationTable(Mapping[str, Field]):
             if KNOWLEDGE[least] <= level and (not shared or scenario.coordination == "shared"):
                 shape = tuple(int(a) if a.isdigit() else dims[a] for a in axes.split())
                 length = math.prod(shape)
-                self._fields[name] = Field(name, slice(self.size, self.size + length), shape, unit)
+                self._fields[name] = Field(name, slice(self.size, self.size + length), shape, unit, least)
                 self.size += length
 
     def __getitem__(self, name: str) -> Field:

@@ -1,0 +1,1 @@
+"""Learning: the batched world as an environment of learners, and training in it."""

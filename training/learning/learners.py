@@ -1,0 +1,213 @@
+"""Every agent of a role, in each of many worlds, as one learner: arrays in, arrays out.
+
+What Stable-Baselines3 and Gymnasium are given (`sb3.py`, `gym.py`) are thin faces of this.
+"""
+
+from __future__ import annotations
+
+import io
+import pickle
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from gymnasium.spaces import Box, Space
+
+from agents import Player, PolicyContext
+from agents.player import ROLES
+from agents.views import DEFAULT_VIEW, build_view
+from trust_env.core.layout import METRICS
+from trust_env.errors import unknown_name
+from trust_env.observation import ObservationTable
+from trust_env.scenario import Scenario, load_scenario
+from trust_env.vector import VectorEnv
+
+
+class Learners:
+    """The learners of a `VectorEnv`, I = W n of them: index i = w n + a, for learner a of world w.
+
+    scenario, defense, num_worlds, max_cycles, threads: as of `VectorEnv`; knowledge: another level than the
+    scenario's; view: what their actions mean (`agents.views`); learner: a role, all of whose agents learn, or
+    the name of one agent; others: policies of the other agents by role or name, honest where none is given;
+    stagger: the worlds' first episodes end at different frames, so that later ones do not all end at once.
+
+    An episode ends by truncation, at the horizon, and its world begins the next one in the same step.
+    """
+
+    def __init__(
+        self,
+        scenario: Any = "patrol",
+        defense: Any = "trust",
+        num_worlds: int = 1,
+        view: Any = DEFAULT_VIEW,
+        others: Mapping[str, Any] | None = None,
+        knowledge: str | None = None,
+        max_cycles: int | None = None,
+        threads: int | None = None,
+        learner: str = "adversary",
+        stagger: bool = False,
+    ):
+        own = {} if knowledge is None else {"knowledge": knowledge}
+        self.env = VectorEnv(
+            load_scenario(scenario, **own), defense, num_worlds, max_cycles, threads, autoreset=False
+        )
+        self.scenario, self.num_worlds = self.env.scenario, num_worlds
+        self.agents = _indices(self.scenario, learner)
+        self.learner, self.stagger, self.view = learner, stagger, build_view(view)
+        self.num_learners = num_worlds * len(self.agents)
+        self._actions = np.zeros((num_worlds, *self.env.worlds.arrays.action.shape[1:]), dtype=np.float32)
+        self._player = Player(self.env, others) if others else None
+        self._rows = _as_slice(self.agents)
+        self._started = False
+        self._ends = np.full(num_worlds, self.env.max_cycles)
+        self.view.reset(self._context(np.ones(num_worlds, dtype=bool)))
+        self.observation_space = Box(-1.0, 1.0, (self.view.observation_size,), np.float32)
+        self.action_space: Space = self.view.action_space
+
+    def reset(self, seed: int | None = None) -> np.ndarray:
+        """Begin an episode in every world, the first of `seed` or the next: what is seen, float32[I, O']."""
+        self.env.reset(seed)
+        self._ends[...] = self.env.max_cycles
+        if self.stagger:
+            shares = np.arange(1, self.num_worlds + 1) / self.num_worlds
+            self._ends[...] = np.ceil(shares * self.env.max_cycles)
+        self._started = True
+        self.view.reset(self._context(np.ones(self.num_worlds, dtype=bool)))
+        return self.observe()
+
+    def step(self, choices: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """One frame on choices[I, ...]: what is seen float32[I, O'], rewards float32[I], truncated bool[I], info.
+
+        info: "metrics", the environment's by name, [W] each, of this frame; where an episode ended also
+        "final_obs" float32[I, O'], what was seen at its end.
+        """
+        arrays = self.env.arrays
+        _, rewards, _, _, metrics = self.env.step(self._raw_actions(choices))
+        ended = arrays.frame.reshape(-1) >= self._ends
+        info: dict[str, Any] = {"metrics": {name: metrics[name] for name in METRICS}}
+        if ended.any():
+            info["final_obs"] = self.observe()
+            self._begin(ended)
+        truncated = np.repeat(ended, len(self.agents))
+        return self.observe(), rewards[:, self._rows].astype(np.float32).reshape(-1), truncated, info
+
+    def _raw_actions(self, choices: np.ndarray) -> np.ndarray:
+        if not self._started:
+            raise RuntimeError("call reset() before step()")
+        observations = self.env.arrays.observation
+        if self._player is not None:
+            self._actions = self._player.actions(observations)
+        choices = np.asarray(choices)
+        expected = (self.num_learners, *self.action_space.shape)  # pyright: ignore[reportGeneralTypeIssues]
+        if choices.shape != expected:
+            raise ValueError(f"choices must have shape {list(expected)}; got {list(choices.shape)}")
+        choices = choices.reshape(self.num_worlds, len(self.agents), *expected[1:])
+        self._actions[:, self._rows] = self.view.act(choices, observations[:, self._rows])
+        return self._actions
+
+    def observe(self) -> np.ndarray:
+        """What the learners see at present, float32[I, O']."""
+        seen = self.view.observe(self.env.arrays.observation[:, self._rows])
+        return seen.reshape(self.num_learners, -1)
+
+    def _begin(self, worlds: np.ndarray) -> None:
+        """The next episode in the worlds of bool[W]."""
+        self.env.arrays.episode[worlds] += 1
+        self.env.worlds.start(worlds)
+        self._ends[worlds] = self.env.max_cycles
+        self.view.reset(self._context(worlds))
+
+    def _context(self, begins: np.ndarray) -> PolicyContext:
+        arrays = self.env.arrays
+        seed, worlds, episodes = (
+            a.reshape(-1).copy() for a in (arrays.seed, arrays.world_id, arrays.episode)
+        )
+        table = self.env.observation_table
+        return PolicyContext(self.scenario, table, self.agents, int(seed[0]), worlds, episodes, begins)
+
+    def get_state(self) -> dict[str, Any]:
+        """A snapshot of NumPy arrays and plain values, from which `set_state` goes on bit for bit, here or in
+        other learners that were made in the same way.
+        """
+        return {
+            "rows": self.env.worlds.rows.copy(),
+            "ends": self._ends.copy(),
+            "started": self._started,
+            "view": self.view.get_state(),
+            "objects": self._dump(),
+        }
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Go on from a snapshot. ValueError if it comes from learners made in another way."""
+        rows, own = np.asarray(state["rows"]), self.env.worlds.rows
+        if rows.shape != own.shape or rows.dtype != own.dtype:
+            raise ValueError(
+                f"the snapshot holds worlds of {list(rows.shape)} bytes; these learners need {list(own.shape)}"
+            )
+        own[...] = rows
+        self._ends[...] = state["ends"]
+        self._started = bool(state["started"])
+        self.env._started = self._started
+        self.view.reset(self._context(np.ones(self.num_worlds, dtype=bool)))
+        self.view.set_state(state["view"])
+        self._load(state["objects"])
+
+    def _dump(self) -> bytes | None:
+        """What keeps its memory in objects: a user's own defense, the policies of the others."""
+        defense, player = self.env.worlds.own_defense, self._player
+        if defense is None and player is None:
+            return None
+        file = io.BytesIO()
+        _Pickler(file, [self.scenario, self.env.observation_table]).dump(
+            (defense, player and (player.coalitions, player._began))
+        )
+        return file.getvalue()
+
+    def _load(self, objects: bytes | None) -> None:
+        if objects is None:
+            return
+        defense, played = _Unpickler(io.BytesIO(objects), [self.scenario, self.env.observation_table]).load()
+        if defense is not None:
+            self.env.worlds.own_defense = defense
+        if self._player is not None and played is not None:
+            self._player.coalitions, self._player._began = played
+
+    def close(self) -> None:
+        self.env.close()
+
+
+class _Pickler(pickle.Pickler):
+    """Leaves out the objects that both sides have: they are recognised by identity."""
+
+    def __init__(self, file: io.BytesIO, shared: list[Scenario | ObservationTable]):
+        super().__init__(file)
+        self._shared = shared
+
+    def persistent_id(self, obj: Any) -> int | None:
+        return next((i for i, shared in enumerate(self._shared) if obj is shared), None)
+
+
+class _Unpickler(pickle.Unpickler):
+    def __init__(self, file: io.BytesIO, shared: list[Scenario | ObservationTable]):
+        super().__init__(file)
+        self._shared = shared
+
+    def persistent_load(self, pid: int) -> Any:
+        return self._shared[pid]
+
+
+def _indices(scenario: Scenario, learner: str) -> np.ndarray:
+    """Of the agents that learn, int[n]."""
+    names, roles = scenario.agent_names, scenario.roles
+    if learner not in ROLES and learner not in names:
+        raise unknown_name("role or agent", learner, [*ROLES, *names])
+    found = [k for k in range(len(names)) if learner in (names[k], roles[k])]
+    if not found:
+        raise ValueError(f"scenario {scenario.name!r} has no agent of role {learner!r} that could learn")
+    return np.array(found)
+
+
+def _as_slice(indices: np.ndarray) -> slice | np.ndarray:
+    """Neighbours as a slice, which cuts views instead of copies."""
+    first, last = int(indices[0]), int(indices[-1])
+    return slice(first, last + 1) if last - first + 1 == len(indices) else indices
