@@ -84,7 +84,7 @@ class View:
         return seen
 
     def act(self, choices: np.ndarray, observations: np.ndarray) -> np.ndarray:
-        """Raw actions float32[W, n, A] for choices[W, n, ...] on observations[W, n, O]; one call per frame."""
+        """Raw actions float32[W, n, A] for choices[W, n, ...] on observations[W, n, O]; once per frame."""
         raise NotImplementedError(f"{type(self).__name__} needs a method act(self, choices, observations)")
 
     def prepare(self, context: PolicyContext) -> int:

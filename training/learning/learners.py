@@ -76,7 +76,8 @@ class Learners:
         return self.observe()
 
     def step(self, choices: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """One frame on choices[I, ...]: what is seen float32[I, O'], rewards float32[I], truncated bool[I], info.
+        """One frame on choices[I, ...]: what is seen float32[I, O'], rewards float32[I], truncated bool[I],
+        info.
 
         info: "metrics", the environment's by name, [W] each, of this frame; where an episode ended also
         "final_obs" float32[I, O'], what was seen at its end.
@@ -98,7 +99,7 @@ class Learners:
         if self._player is not None:
             self._actions = self._player.actions(observations)
         choices = np.asarray(choices)
-        expected = (self.num_learners, *self.action_space.shape)  # pyright: ignore[reportGeneralTypeIssues]
+        expected = (self.num_learners, *(self.action_space.shape or ()))
         if choices.shape != expected:
             raise ValueError(f"choices must have shape {list(expected)}; got {list(choices.shape)}")
         choices = choices.reshape(self.num_worlds, len(self.agents), *expected[1:])
@@ -119,11 +120,9 @@ class Learners:
 
     def _context(self, begins: np.ndarray) -> PolicyContext:
         arrays = self.env.arrays
-        seed, worlds, episodes = (
-            a.reshape(-1).copy() for a in (arrays.seed, arrays.world_id, arrays.episode)
-        )
-        table = self.env.observation_table
-        return PolicyContext(self.scenario, table, self.agents, int(seed[0]), worlds, episodes, begins)
+        worlds, episodes = arrays.world_id.reshape(-1).copy(), arrays.episode.reshape(-1).copy()
+        seed, table = int(arrays.seed.flat[0]), self.env.observation_table
+        return PolicyContext(self.scenario, table, self.agents, seed, worlds, episodes, begins)
 
     def get_state(self) -> dict[str, Any]:
         """A snapshot of NumPy arrays and plain values, from which `set_state` goes on bit for bit, here or in
@@ -142,7 +141,7 @@ class Learners:
         rows, own = np.asarray(state["rows"]), self.env.worlds.rows
         if rows.shape != own.shape or rows.dtype != own.dtype:
             raise ValueError(
-                f"the snapshot holds worlds of {list(rows.shape)} bytes; these learners need {list(own.shape)}"
+                f"the snapshot holds worlds of {list(rows.shape)} bytes; these need {list(own.shape)}"
             )
         own[...] = rows
         self._ends[...] = state["ends"]

@@ -86,16 +86,12 @@ class LearnersVecEnv(VecEnv):
         return [value for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        raise AttributeError(
-            f"{attr_name}: learners share their worlds, so that none has attributes of its own"
-        )
+        raise AttributeError(f"{attr_name}: learners share their worlds; none has attributes of its own")
 
     def env_method(
         self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any
     ) -> list[Any]:
-        raise AttributeError(
-            f"{method_name}: learners share their worlds, so that none has methods of its own"
-        )
+        raise AttributeError(f"{method_name}: learners share their worlds; none has methods of its own")
 
     def env_is_wrapped(self, wrapper_class: type[Any], indices: VecEnvIndices = None) -> list[bool]:
         return [False for _ in self._get_indices(indices)]
