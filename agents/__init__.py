@@ -1,17 +1,19 @@
 """Policies: what chooses the agents' actions. One file per family; here the registry, and how they are named.
 
 An attack is a policy of adversaries; `honest` is the control. A policy of your own is a class with a method
-`choose` (see `Policy`), in a file of yours: `build_policy("my_file.py:MyPolicy(x=3)")`.
+`choose` (see `Policy`), in a file of yours: `build_policy("my_file.py:MyPolicy(x=3)")`. A trained one is the
+folder of its run: `build_policy("runs/a")`.
 """
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable, Mapping
+import os
 from typing import Any
 
 from agents.baseline import Honest, Random
 from agents.coalition import FovAware, OptimalFalsePositive
+from agents.learned import Learned
+from agents.parameters import made
 from agents.phantoms import FalsePositive
 from agents.player import Player
 from agents.policy import (
@@ -25,8 +27,8 @@ from agents.policy import (
 )
 from agents.suppression import Suppress
 from agents.timing import OnOff, Sleeper
-from trust_env.errors import suggestion, unknown_name
-from trust_env.spec import load_object, parse
+from trust_env.errors import unknown_name
+from trust_env.spec import Spec, load_object, parse
 
 POLICIES: dict[str, type[Policy]] = {
     "honest": Honest,
@@ -37,6 +39,7 @@ POLICIES: dict[str, type[Policy]] = {
     "fov_aware": FovAware,
     "sleeper": Sleeper,
     "on_off": OnOff,
+    "learned": Learned,
 }
 
 __all__ = [
@@ -47,8 +50,10 @@ __all__ = [
     "PolicyLike",
     "build_policy",
     "check_knowledge",
+    "is_run",
     "knowledge_of",
     "name_of",
+    "parse_policy",
     "policies",
     "sufficient_knowledge",
 ]
@@ -60,17 +65,18 @@ def policies() -> tuple[str, ...]:
 
 
 def build_policy(policy: Any) -> PolicyLike:
-    """A policy from its name (`false_positive(n=2)`, `my_file.py:MyPolicy(x=3)`), or an object that is one.
+    """A policy from its name (`false_positive(n=2)`, `my_file.py:MyPolicy(x=3)`, `runs/a`, the folder of a
+    training run), or an object that is one.
 
     Raises ValueError for an unknown name, and for a parameter that is unknown or does not fit; TypeError for
     something that is no policy.
     """
     if isinstance(policy, str):
-        spec = parse(policy)
+        spec = parse_policy(policy)
         if spec.path is None and spec.name not in POLICIES:
             raise unknown_name("policy", spec.name, POLICIES)
-        made = load_object(spec) if spec.path is not None else POLICIES[spec.name]
-        policy = _made(spec.name, made, spec.params) if callable(made) else made
+        make = load_object(spec) if spec.path is not None else POLICIES[spec.name]
+        policy = made("policy", spec.name, make, spec.params) if callable(make) else make
     if isinstance(policy, type) or not isinstance(policy, PolicyLike):
         raise TypeError(
             f"a policy is a name, or an object with `reset(context)` and `act(observations)`; got {policy!r}"
@@ -78,16 +84,16 @@ def build_policy(policy: Any) -> PolicyLike:
     return policy
 
 
-def _made(name: str, make: Callable[..., Any], params: Mapping[str, Any]) -> Any:
-    signature = inspect.signature(make)
-    known = [p.name for p in signature.parameters.values() if p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)]
-    takes_all = any(p.kind is p.VAR_KEYWORD for p in signature.parameters.values())
-    for key in params:
-        if key not in known and not takes_all:
-            hint = f"{suggestion(key, known)}it takes: {', '.join(known) or 'none'}"
-            raise ValueError(f"policy {name!r} has no parameter {key!r}; {hint}")
-    try:
-        signature.bind(**params)
-    except TypeError as error:
-        raise ValueError(f"policy {name!r}: {error}; it takes: {', '.join(known) or 'none'}") from None
-    return make(**params)
+def parse_policy(text: str) -> Spec:
+    """As `trust_env.spec.parse`, but a training run, `runs/a`, is `learned(path='runs/a')`."""
+    return Spec("learned", {"path": text.strip()}) if is_run(text) else parse(text)
+
+
+def is_run(text: str) -> bool:
+    """Whether a text names a training run: a policy file, or a folder and not a policy."""
+    text = text.strip()
+    if text.endswith(".safetensors"):
+        return "(" not in text
+    if "(" in text or ".py:" in text or text in POLICIES:
+        return False
+    return "/" in text or os.sep in text or os.path.isdir(text)

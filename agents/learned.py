@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from agents.parameters import refuse
+from agents.parameters import one_of, refuse
 from agents.policy import ACTION, Policy, PolicyContext
 from agents.policy_file import FILE, load_policy, policy_file, save_policy
 from agents.views import build_view
-from trust_env.errors import unknown_name
 
 __all__ = ["FILE", "Learned", "load_policy", "policy_file", "save_policy", "shipped", "shipped_file"]
 
@@ -29,9 +28,7 @@ def shipped() -> list[str]:
 
 def shipped_file(against: str) -> Path:
     """The shipped weights against a defense."""
-    if against not in shipped():
-        raise unknown_name("defense that weights are shipped against", str(against), shipped())
-    return _WEIGHTS / _SHIPPED.format(against)
+    return _WEIGHTS / _SHIPPED.format(one_of(Learned.name, "against", against, shipped()))
 
 
 class Learned(Policy):
@@ -62,32 +59,30 @@ class Learned(Policy):
     def reset(self, context: PolicyContext) -> None:
         super().reset(context)
         self._view.reset(context)
-        self._check_view()
+        self._check_sizes()
 
-    def prepare(self, context: PolicyContext) -> None:
-        """Observations must have the sizes that the network was trained on."""
-        for name, size in self.config["fields"].items():
-            found = context.observation_table.get(name)
-            given = 0 if found is None else found.slice.stop - found.slice.start
-            if given != size:
-                raise self._unfit(f"observations in which {name} has {size} entries", f"{given}")
-
-    def _check_view(self) -> None:
-        layers, choices, space = self.config["layers"], self.config["choices"], self._view.action_space
+    def _check_sizes(self) -> None:
+        """The view must show and take here what it did in training."""
+        trained, here = self.config["fields"], self._view.fields
+        for name in {**trained, **here}:
+            if trained.get(name) != here.get(name):
+                raise self._unfit(f"entries of the field {name}", trained.get(name, 0), here.get(name, 0))
+        layers, space = self.config["layers"], self._view.action_space
         if self._view.observation_size != layers[0]:
-            raise self._unfit(f"{layers[0]} inputs", f"{self._view.observation_size}")
-        sizes = getattr(space, "nvec", None)
-        sizes = None if sizes is None else sizes.tolist()
-        if sizes != choices or (sizes is None and space.shape != (layers[-1],)):
-            trained = f"{layers[-1]} outputs" if choices is None else f"choices of {choices}"
-            raise self._unfit(trained, f"{space}")
+            raise self._unfit("inputs", layers[0], self._view.observation_size)
+        choices, sizes = self.config["choices"], getattr(space, "nvec", None)
+        if choices is not None or sizes is not None:
+            if sizes is None or sizes.tolist() != choices:
+                raise self._unfit("choices", choices, space if sizes is None else sizes.tolist())
+        elif space.shape != (layers[-1],):
+            raise self._unfit("outputs", layers[-1], space.shape)
 
-    def _unfit(self, trained: str, given: str) -> ValueError:
-        scenario, view = self.context.scenario.name, self.config["view"]
-        where = self.config["about"].get("scenario", "another scenario")
+    def _unfit(self, what: str, trained: Any, here: Any) -> ValueError:
+        about, scenario = self.config["about"], self.context.scenario.name
         return ValueError(
-            f"learned: {self.file} was trained with {trained} (view {view}, scenario {where!r}); here, in "
-            f"scenario {scenario!r}, the view gives {given}; expected a scenario of the same sizes"
+            f"learned: {self.file}: {what}: {trained} where it was trained (scenario "
+            f"{about.get('scenario', 'unknown')!r}, view {self.config['view']}), but {here} in scenario "
+            f"{scenario!r}; expected a scenario that gives the same sizes"
         )
 
     def act(self, observations: np.ndarray) -> np.ndarray:

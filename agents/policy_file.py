@@ -3,7 +3,7 @@
 Whoever wrote a file, reading it runs nothing and builds nothing but arrays and one of the built-in views; all
 of it is checked against the table below, and what does not fit raises ValueError.
 
-The tensors of a network of `layers` [inputs, h_0, ..., outputs], float32 (obs_mean and obs_var may be float64):
+The tensors of a network of `layers` [inputs, h_0, ..., outputs], float32 (obs_* may be float64):
 
     pi.i.weight [h_i, h_{i-1}], pi.i.bias [h_i]      i = 0, 1, ...; `activation` after each
     action.weight [outputs, h_last], action.bias [outputs]
@@ -72,7 +72,7 @@ def policy_file(path: str | Path) -> Path:
 def save_policy(path: str | Path, tensors: Mapping[str, np.ndarray], config: Mapping[str, Any]) -> None:
     """Write a policy file (of a folder: its policy.safetensors), complete or not at all.
 
-    tensors, config: as above; `format` may be left out. Raises ValueError for what `load_policy` would refuse.
+    tensors, config: as above; `format` may be left out. Raises ValueError for what `load_policy` refuses.
     """
     config = json.loads(json.dumps({"format": FORMAT, **config}))
     arrays = {name: np.ascontiguousarray(tensors[name]) for name in sorted(tensors)}
@@ -101,10 +101,10 @@ def load_policy(path: str | Path) -> tuple[Tensors, dict[str, Any]]:
 
 def _config(data: bytes) -> dict[str, Any]:
     """What the header says of the policy; refuses a header with which safetensors should not be troubled."""
-    for start, what in _FOREIGN.items():
-        if data.startswith(start) and len(data) >= 8 and data[7]:  # no header is that long
-            raise ValueError(f"it is {what}; expected a safetensors file")
     size = int.from_bytes(data[:8], "little")
+    for start, what in _FOREIGN.items():
+        if data.startswith(start) and size > MOST_HEADER:
+            raise ValueError(f"it is {what}; expected a safetensors file")
     if not 8 < len(data) <= MOST_BYTES:
         raise ValueError(f"it has {len(data)} bytes; expected a safetensors file of at most {MOST_BYTES}")
     if size > min(MOST_HEADER, len(data) - 8):

@@ -12,7 +12,7 @@ os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 os.environ.setdefault("MPLBACKEND", "agg")
 
 EXTRAS = {
-    "train": ("torch", "stable_baselines3", "safetensors", "tensorboard"),
+    "train": ("torch", "stable_baselines3", "tensorboard"),
     "plot": ("matplotlib",),
     "render": ("pygame",),
     "bench": ("mpe2", "stonesoup"),

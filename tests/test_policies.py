@@ -35,8 +35,9 @@ from trust_env.vector import VectorEnv, vector_env
 
 pytestmark = pytest.mark.core
 
+SCRIPTED = [name for name in POLICIES if name != "learned"]  # that one: test_learned.py
 VARIANTS = [
-    *POLICIES,
+    *SCRIPTED,
     "false_positive(motion=constant_velocity, speed=60)",
     "false_positive(motion=random_walk, n=2)",
     "optimal_false_positive(n=5, hit_rate=0.5)",
@@ -97,8 +98,7 @@ class TestNaming:
     def test_all_are_listed_and_made_by_name(self) -> None:
         assert policies() == tuple(POLICIES)
         for name, made in POLICIES.items():
-            policy = build_policy(name)
-            assert type(policy) is made and made.name == name
+            assert made.name == name and (name not in SCRIPTED or type(build_policy(name)) is made)
             assert (made.__doc__ or "").split("\n")[0].endswith((".", ","))
 
     def test_parameters_arrive(self) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
 from trust_env.errors import unknown_name
 from trust_env.scenario import ScenarioError, load_scenario, scenario_fields, scenarios
@@ -69,18 +69,25 @@ def list_registry(registry: Registry) -> dict[str, str]:
 
 
 def show_entry(kind: str, text: str, registry: Registry) -> dict[str, Any]:
-    """Name, doc, knowledge, parameters and presets of an entry, or of one in a file (`my_file.py:Name`).
+    """Name, doc, knowledge, parameters and presets of an entry, or of one in a file (`my_file.py:Name`); of a
+    learned attack (`runs/a`) its file and its config.
 
     `parameters`: {name: {"default": value, "choices": [...]}}, without a default where one has to be given
     and without choices where there is no list; `presets`: by name, the parameters that they set differently.
     """
-    spec = parse(text)
+    from agents import build_policy, parse_policy
+    from agents.learned import Learned
+
+    spec = parse_policy(text) if kind == "attack" else parse(text)
     if spec.path is None and spec.name not in registry:
         raise unknown_name(kind, spec.name, registry)
     made: Any = load_object(spec) if spec.path is not None else registry[spec.name]
     if not callable(made):
         raise ValueError(f"{text}: expected a class, or a function that makes a {kind}")
     shown: dict[str, Any] = {"name": spec.name, "doc": inspect.getdoc(made) or ""}
+    if made is Learned and spec.params:
+        policy = cast(Learned, build_policy(text))
+        return shown | {"knowledge": policy.knowledge, "file": str(policy.file), "config": policy.config}
     knowledge = getattr(made, "knowledge", None)
     return shown | ({"knowledge": knowledge} if isinstance(knowledge, str) else {}) | _parameters(made)
 

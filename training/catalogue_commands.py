@@ -75,7 +75,10 @@ def list_attacks(as_json: Json = False) -> None:
 
 
 def show_attack(
-    name: Annotated[Positional[str], arg(help="an attack, or my_file.py:MyPolicy")], as_json: Json = False
+    name: Annotated[
+        Positional[str], arg(help="an attack, my_file.py:MyPolicy, or the folder of a training run")
+    ],
+    as_json: Json = False,
 ) -> None:
     """What an attack does, what it must know, and its parameters with their defaults."""
     from training import catalogue
@@ -99,6 +102,9 @@ def _print_entry(entry: dict[str, Any], as_json: bool) -> None:
     print(f"{entry['name']}\n\n{entry['doc']}\n")
     if "knowledge" in entry:
         print(f"knowledge: {entry['knowledge']}")
+    if "config" in entry:
+        _print_config(entry["file"], entry["config"])
+        return
     print("parameters:" if entry["parameters"] else "parameters: none")
     for name, values in entry["parameters"].items():
         default = f" = {values['default']!r}" if "default" in values else "  (to be given)"
@@ -107,6 +113,13 @@ def _print_entry(entry: dict[str, Any], as_json: bool) -> None:
         print(f"preset {preset}:" + ("" if values else " the defaults above"))
         for name, value in values.items():
             print(f"  {name} = {value!r}")
+
+
+def _print_config(file: str, config: Mapping[str, Any]) -> None:
+    print(f"file: {file}")
+    for name, value in config.items():
+        for line in [f"{name}: {value}"] if name != "about" else [f"{k}: {v}" for k, v in value.items()]:
+            print(f"  {line}")
 
 
 GROUPS: dict[str, tuple[str, dict[str, Command]]] = {

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import copy
 import hashlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import trust_env
+from agents import is_run, parse_policy
+from agents.learned import Learned
 from trust_env.parallel import TrustEnv
 from trust_env.scenario import Scenario
 from trust_env.spec import Spec, parse, split_specs
@@ -29,7 +31,8 @@ def contenders(kind: str, named: str | Iterable[Any], build: Callable[[Any], Any
     items = (
         split_specs(named) if isinstance(named, str) else [named] if hasattr(named, "reset") else list(named)
     )
-    found = [_contender(item, build) for item in items]
+    read = parse_policy if kind == "attack" else parse
+    found = [_contender(item, build, read) for item in items]
     names = [contender.name for contender in found]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
@@ -39,11 +42,12 @@ def contenders(kind: str, named: str | Iterable[Any], build: Callable[[Any], Any
     return found
 
 
-def _contender(item: Any, build: Callable[[Any], Any]) -> Contender:
+def _contender(item: Any, build: Callable[[Any], Any], read: Callable[[str], Spec]) -> Contender:
     if isinstance(item, str):
-        spec = parse(item)
+        spec = read(item)
         build(str(spec))  # refuses what cannot be built before anything is played
-        return Contender(str(spec), lambda: build(str(spec)), spec)
+        name = item.strip() if read is parse_policy and is_run(item) else str(spec)
+        return Contender(name, lambda: build(str(spec)), spec)
     build(item)
     name = getattr(item, "name", None) or type(item).__name__
     return Contender(str(name), lambda: copy.deepcopy(item), None)
@@ -62,8 +66,8 @@ def configuration(
     data = fields["targets"].pop("data")
     files = {} if data is None else {"targets.data": _digest(data)}
     for contender in (*attackers, *defenders):
-        if contender.spec is not None and contender.spec.path is not None:
-            files[contender.spec.path] = _digest(contender.spec.path)
+        if contender.spec is not None:
+            files |= {name: _digest(file) for name, file in _files(contender.spec)}
     return {
         "scenario": fields,
         "attacks": [attacker.name for attacker in attackers],
@@ -77,5 +81,15 @@ def configuration(
     }
 
 
-def _digest(file: str) -> str:
+def _files(spec: Spec) -> Iterator[tuple[str, str | Path]]:
+    """The files that a spec names, itself or within: users' code, and weights."""
+    if spec.path is not None:
+        yield spec.path, spec.path
+    elif spec.name == Learned.name:
+        yield str(spec), Learned(**spec.params).file
+    if isinstance(spec.params.get("inner"), str):
+        yield from _files(parse_policy(spec.params["inner"]))
+
+
+def _digest(file: str | Path) -> str:
     return hashlib.sha256(Path(file).expanduser().read_bytes()).hexdigest()[:16]
