@@ -10,13 +10,14 @@ from __future__ import annotations
 from typing import Any
 
 from agents.parameters import made
+from agents.views.grid import Grid
 from agents.views.phantoms import Phantoms
 from agents.views.raw import Raw
 from agents.views.view import View
 from trust_env.errors import unknown_name
 from trust_env.spec import parse
 
-VIEWS: dict[str, type[View]] = {"raw": Raw, "phantoms": Phantoms}
+VIEWS: dict[str, type[View]] = {"raw": Raw, "phantoms": Phantoms, "grid": Grid}
 DEFAULT_VIEW = "phantoms"
 
 __all__ = ["DEFAULT_VIEW", "VIEWS", "View", "build_view"]

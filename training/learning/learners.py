@@ -31,7 +31,8 @@ class Learners:
     the name of one agent; others: policies of the other agents by role or name, honest where none is given;
     stagger: the worlds' first episodes end at different frames, so that later ones do not all end at once.
 
-    An episode ends by truncation, at the horizon, and its world begins the next one in the same step.
+    An episode ends by truncation, at the horizon, and (with `autoreset`) its world begins the next one in the
+    same step.
     """
 
     def __init__(
@@ -46,6 +47,7 @@ class Learners:
         threads: int | None = None,
         learner: str = "adversary",
         stagger: bool = False,
+        autoreset: bool = True,
     ):
         own = {} if knowledge is None else {"knowledge": knowledge}
         self.env = VectorEnv(
@@ -53,7 +55,8 @@ class Learners:
         )
         self.scenario, self.num_worlds = self.env.scenario, num_worlds
         self.agents = _indices(self.scenario, learner)
-        self.learner, self.stagger, self.view = learner, stagger, build_view(view)
+        self.learner, self.stagger, self.autoreset = learner, stagger, autoreset
+        self.view = build_view(view)
         self.num_learners = num_worlds * len(self.agents)
         self._actions = np.zeros((num_worlds, *self.env.worlds.arrays.action.shape[1:]), dtype=np.float32)
         self._player = Player(self.env, others) if others else None
@@ -80,13 +83,13 @@ class Learners:
         info.
 
         info: "metrics", the environment's by name, [W] each, of this frame; where an episode ended also
-        "final_obs" float32[I, O'], what was seen at its end.
+        "final_obs" float32[I, O'], what was seen at its end (with `autoreset`).
         """
         arrays = self.env.arrays
         _, rewards, _, _, metrics = self.env.step(self._raw_actions(choices))
         ended = arrays.frame.reshape(-1) >= self._ends
         info: dict[str, Any] = {"metrics": {name: metrics[name] for name in METRICS}}
-        if ended.any():
+        if self.autoreset and ended.any():
             info["final_obs"] = self.observe()
             self._begin(ended)
         truncated = np.repeat(ended, len(self.agents))
@@ -96,12 +99,18 @@ class Learners:
         if not self._started:
             raise RuntimeError("call reset() before step()")
         observations = self.env.arrays.observation
+        if not self.autoreset and (self.env.arrays.frame.reshape(-1) >= self._ends).all():
+            raise RuntimeError("the episodes are over: call reset() before step()")
         if self._player is not None:
             self._actions = self._player.actions(observations)
         choices = np.asarray(choices)
         expected = (self.num_learners, *(self.action_space.shape or ()))
         if choices.shape != expected:
             raise ValueError(f"choices must have shape {list(expected)}; got {list(choices.shape)}")
+        if not np.isfinite(choices).all():
+            raise ValueError(
+                f"choices must be finite; learner {np.argwhere(~np.isfinite(choices))[0][0]}'s are not"
+            )
         choices = choices.reshape(self.num_worlds, len(self.agents), *expected[1:])
         self._actions[:, self._rows] = self.view.act(choices, observations[:, self._rows])
         return self._actions

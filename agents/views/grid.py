@@ -1,0 +1,57 @@
+"""Discrete: phantoms on the points of a grid."""
+
+from __future__ import annotations
+
+import numpy as np
+from gymnasium.spaces import MultiDiscrete
+
+from agents.parameters import whole
+from agents.policy import PolicyContext
+from agents.views.placed import PATIENCE, PlacedPhantoms
+from trust_env.observation import REACH
+
+KEEP, WITHDRAW, FIRST_POINT = 0, 1, 2  # choices for a phantom
+NONE, NEAR, FAR, ALL = range(4)  # choices of what is suppressed
+NEARER_HALF = 0.5 / REACH**2  # squared distance in REACH radii: half of a circle's area lies within
+
+
+class Grid(PlacedPhantoms):
+    """`MultiDiscrete([2 + g²] * P + [4])`: per phantom 0 keep, 1 withdraw, 2 + i point to point i of a g x g
+    grid over the bounding box of the own FOV, from the lowest x and y on, y first; then which own detections
+    are suppressed: 0 none, 1 those in the nearer half of the FOV, 2 the others, 3 all.
+
+    Where there is no phantom, one appears at the point; one that is there moves toward it at `speed`, and is
+    reported as long as it is not withdrawn.
+
+    g            points of the grid along x and along y
+    n            phantoms per learner; None: the largest injection budget
+    speed        m/s, 0: they stay where they appear; None: as the slowest targets
+    knowledge    level whose fields a learner sees; None: the scenario's
+    """
+
+    name = "grid"
+
+    def __init__(
+        self, g: int = 5, n: int | None = None, speed: float | None = None, knowledge: str | None = None
+    ):
+        super().__init__(n, speed, knowledge)
+        self.g = whole(self.name, "g", g, 2)
+
+    def prepare(self, context: PolicyContext) -> int:
+        length = super().prepare(context)
+        self.action_space = MultiDiscrete([FIRST_POINT + self.g**2] * self.phantoms + [ALL + 1])
+        along = np.linspace(-1.0, 1.0, self.g, dtype=np.float32)
+        points = np.stack(np.meshgrid(along, along, indexing="ij"), axis=-1).reshape(-1, 2)
+        self._points = np.concatenate([np.zeros((FIRST_POINT, 2), dtype=np.float32), points])
+        return length
+
+    def act(self, choices: np.ndarray, observations: np.ndarray) -> np.ndarray:
+        chosen, suppress = choices[..., :-1], choices[..., -1:]
+        pointed = self.over_fov(self._points[chosen])
+        stays = (chosen == KEEP)[..., None]
+        reported = (chosen >= FIRST_POINT) | ((chosen == KEEP) & (self.silent < PATIENCE))
+        self.move(np.where(stays, self.place, pointed), reported)
+        self.silent[chosen == WITHDRAW] = PATIENCE
+        place = self.detections(observations)
+        near = np.square(place[..., 0]) + np.square(place[..., 1]) < NEARER_HALF
+        return self.actions((suppress == ALL) | np.where(near, suppress == NEAR, suppress == FAR))

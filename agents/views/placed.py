@@ -1,0 +1,119 @@
+"""Phantoms as views keep them: places that are pointed to, and reported frame after frame."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from agents.geometry import Fovs
+from agents.parameters import length_or_none, refuse, whole_or_none
+from agents.policy import PolicyContext
+from agents.views.view import View
+from trust_env.action import action_table
+from trust_env.observation import REACH
+from trust_env.scenario import Scenario
+
+PATIENCE = 5  # frames in a row without a report after which a phantom is gone; the tracker drops it then too
+
+
+class PlacedPhantoms(View):
+    """A phantom appears where the learner points, and afterwards follows at `speed`: reported wherever it is,
+    so that the noise of exploration does not tear its track apart.
+
+    A learner sees, of every phantom, its place relative to the agent (as detections are scaled) and how
+    present it is: 1 reported, then less from frame to frame, 0 gone.
+    """
+
+    hidden = frozenset({"role", "report", "report_mask"})  # the view's own state says it shorter
+    remembered = ("place", "silent")
+
+    place: np.ndarray  # float32[W, n, P, 2], relative to the agent, in REACH radii of its FOV
+    silent: np.ndarray  # int8[W, n, P], frames in a row without a report, up to PATIENCE: there is none
+
+    def __init__(self, n: int | None, speed: float | None, knowledge: str | None):
+        super().__init__(knowledge)
+        self.n = whole_or_none(self.name, "n", n, 1, "the largest injection budget")
+        self.speed = length_or_none(self.name, "speed", speed, "m/s", "as the slowest targets")
+
+    def prepare(self, context: PolicyContext) -> int:
+        table, learners = action_table(context.scenario), context.agents
+        self._injections, self._suppressions = table["injections"], table["suppressions"]
+        self._detections = context.observation_table["detections"].slice
+        self.phantoms = self._count(context)
+        shape = (len(context.worlds), len(learners), self.phantoms)
+        self.place, self.silent = np.zeros((*shape, 2), np.float32), np.full(shape, PATIENCE, np.int8)
+        reach = context.observation_table.scales.reach[learners]
+        self._middle, self._half = _boxes(context, reach)
+        self._step = (self._metres_per_frame(context.scenario) / reach).astype(np.float32)[:, None]
+        return 3 * self.phantoms
+
+    def _count(self, context: PolicyContext) -> int:
+        """Phantoms per learner."""
+        slots = context.scenario.injection.slots
+        if self.n is None:
+            budgets = [context.scenario.agent(int(k)).budget.injections for k in context.agents]
+            return min(max(budgets), slots)
+        if self.n > slots:
+            where = f"the injection slots of scenario {context.scenario.name!r}"
+            raise refuse(self.name, "n", self.n, f"at most {slots}, {where}")
+        return self.n
+
+    def _metres_per_frame(self, scenario: Scenario) -> float:
+        if self.speed is not None:
+            return self.speed * scenario.dt
+        if scenario.targets.data is None:
+            return scenario.targets.speed[0] * scenario.dt
+        return math.sqrt(scenario.tracker.initial_velocity_variance) * scenario.dt
+
+    def begin(self, mask: np.ndarray) -> None:
+        self.place[mask], self.silent[mask] = 0.0, PATIENCE
+
+    def over_fov(self, choices: np.ndarray) -> np.ndarray:
+        """Places [W, n, P, 2] in REACH radii for choices in [-1, 1] over the FOV's box, as raw actions are
+        scaled; none beyond its radius.
+        """
+        place = self._middle + self._half * choices
+        length = np.sqrt(np.square(place[..., 0]) + np.square(place[..., 1]))
+        return place / np.maximum(1.0, np.float32(REACH) * length)[..., None]
+
+    def move(self, pointed: np.ndarray, reported: np.ndarray) -> None:
+        """A frame on: at most a step toward pointed[W, n, P, 2]; those that are gone appear there."""
+        way = pointed - self.place
+        length = np.sqrt(np.square(way[..., 0]) + np.square(way[..., 1]))
+        share = np.minimum(1.0, self._step / np.maximum(length, np.float32(1e-9)))
+        share[self.silent == PATIENCE] = 1.0
+        self.place += share[..., None] * way
+        self.silent[...] = np.where(reported, np.int8(0), np.minimum(self.silent + np.int8(1), PATIENCE))
+
+    def actions(self, suppress: np.ndarray) -> np.ndarray:
+        """Raw actions float32[W, n, A]: the phantoms that are not silent, and suppress[W, n, D]."""
+        w, n, phantoms = self.silent.shape
+        slots = np.empty((w, n, phantoms, 3), dtype=np.float32)
+        slots[..., 0] = self.silent == 0
+        slots[..., 1:] = (self.place - self._middle) / self._half
+        out = np.zeros((w, n, self._action_size), dtype=np.float32)
+        out[..., : 3 * phantoms] = slots.reshape(w, n, -1)
+        out[..., self._suppressions] = suppress
+        return out
+
+    def detections(self, observations: np.ndarray) -> np.ndarray:
+        """Own detections [W, n, D, 2], relative to the agent, in REACH radii."""
+        return observations[..., self._detections].reshape(*observations.shape[:2], -1, 2)
+
+    def remember(self, out: np.ndarray) -> None:
+        w, n, phantoms = self.silent.shape
+        state = np.empty((w, n, phantoms, 3), dtype=np.float32)
+        state[..., :2] = self.place * (self.silent < PATIENCE)[..., None]
+        state[..., 2] = np.float32(1.0) - self.silent * np.float32(1.0 / PATIENCE)
+        out[...] = state.reshape(w, n, -1)
+
+
+def _boxes(context: PolicyContext, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Middle and half size [n, 1, 2] of the learners' FOV boxes, relative to the agent, in `reach`."""
+    headings = np.array([context.scenario.agent(int(k)).heading for k in context.agents])
+    there = np.zeros_like(headings)
+    pose = np.stack([there, there, np.cos(headings), np.sin(headings)], axis=-1)
+    box = Fovs.of(context.scenario, context.agents).boxes(pose)
+    low, high = box[:, None, 0::2] / reach[:, None, None], box[:, None, 1::2] / reach[:, None, None]
+    return ((low + high) / 2).astype(np.float32), ((high - low) / 2).astype(np.float32)
