@@ -125,7 +125,7 @@ class AdversaryEnv(gymnasium.Env):
             others,
             knowledge,
             max_cycles,
-            learner="adversary" if agent is None else agent,
+            learner_role="adversary" if agent is None else agent,
             autoreset=False,
         )
         if self.learners.num_learners > 1:

@@ -27,8 +27,8 @@ class Learners:
     """The learners of a `VectorEnv`, I = W n of them: index i = w n + a, for learner a of world w.
 
     scenario, defense, num_worlds, max_cycles, threads: as of `VectorEnv`; knowledge: another level than the
-    scenario's; view: what their actions mean (`agents.views`); learner: a role, all of whose agents learn, or
-    the name of one agent; others: policies of the other agents by role or name, honest where none is given;
+    scenario's; view: what their actions mean (`agents.views`); learner_role: all its agents learn, or
+    the name of the only one that does; others: policies of the other agents by role or name, honest where none is given;
     stagger: the worlds' first episodes end at different frames, so that later ones do not all end at once.
 
     An episode ends by truncation, at the horizon, and (with `autoreset`) its world begins the next one in the
@@ -45,7 +45,7 @@ class Learners:
         knowledge: str | None = None,
         max_cycles: int | None = None,
         threads: int | None = None,
-        learner: str = "adversary",
+        learner_role: str = "adversary",
         stagger: bool = False,
         autoreset: bool = True,
     ):
@@ -54,8 +54,8 @@ class Learners:
             load_scenario(scenario, **own), defense, num_worlds, max_cycles, threads, autoreset=False
         )
         self.scenario, self.num_worlds = self.env.scenario, num_worlds
-        self.agents = _indices(self.scenario, learner)
-        self.learner, self.stagger, self.autoreset = learner, stagger, autoreset
+        self.agents = _indices(self.scenario, learner_role)
+        self.learner_role, self.stagger, self.autoreset = learner_role, stagger, autoreset
         self.view = build_view(view)
         self.num_learners = num_worlds * len(self.agents)
         self._actions = np.zeros((num_worlds, *self.env.worlds.arrays.action.shape[1:]), dtype=np.float32)
@@ -204,14 +204,14 @@ class _Unpickler(pickle.Unpickler):
         return self._shared[pid]
 
 
-def _indices(scenario: Scenario, learner: str) -> np.ndarray:
+def _indices(scenario: Scenario, learner_role: str) -> np.ndarray:
     """Of the agents that learn, int[n]."""
     names, roles = scenario.agent_names, scenario.roles
-    if learner not in ROLES and learner not in names:
-        raise unknown_name("role or agent", learner, [*ROLES, *names])
-    found = [k for k in range(len(names)) if learner in (names[k], roles[k])]
+    if learner_role not in ROLES and learner_role not in names:
+        raise unknown_name("role or agent", learner_role, [*ROLES, *names])
+    found = [k for k in range(len(names)) if learner_role in (names[k], roles[k])]
     if not found:
-        raise ValueError(f"scenario {scenario.name!r} has no agent of role {learner!r} that could learn")
+        raise ValueError(f"scenario {scenario.name!r} has no agent of role {learner_role!r} that could learn")
     return np.array(found)
 
 
