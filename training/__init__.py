@@ -16,8 +16,9 @@ if TYPE_CHECKING:
     from training.conform import conform as conform
     from training.evaluate import evaluate as evaluate
     from training.reproduce import reproduce as reproduce
+    from training.train import train as train
 
-__all__ = ["benchmark", "conform", "evaluate", "reproduce"]
+__all__ = ["benchmark", "conform", "evaluate", "reproduce", "train"]
 
 
 def __getattr__(name: str) -> Any:

@@ -10,6 +10,8 @@ from typing import Annotated, Any, Literal
 
 from tyro.conf import UseAppendAction, arg
 
+from training import learning_commands
+
 Json = Annotated[bool, arg(name="json", help="print JSON instead of tables")]
 Data = Annotated[Path | None, arg(help="CSV file of recorded trajectories (targets.data)")]
 Seed = Annotated[int, arg(help="seed of all random numbers")]
@@ -181,4 +183,5 @@ COMMANDS: dict[str, Callable[..., int | None]] = {
     "reproduce": reproduce,
     "conform": conform,
     "benchmark": benchmark,
+    "train": learning_commands.train,
 }

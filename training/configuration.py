@@ -64,10 +64,10 @@ def configuration(
     """Everything that the results depend on, as plain values. Files count by what is in them."""
     fields = scenario.model_dump(mode="json")
     data = fields["targets"].pop("data")
-    files = {} if data is None else {"targets.data": _digest(data)}
+    files = {} if data is None else {"targets.data": digest(data)}
     for contender in (*attackers, *defenders):
         if contender.spec is not None:
-            files |= {name: _digest(file) for name, file in _files(contender.spec)}
+            files |= {name: digest(file) for name, file in _files(contender.spec)}
     return {
         "scenario": fields,
         "attacks": [attacker.name for attacker in attackers],
@@ -91,5 +91,5 @@ def _files(spec: Spec) -> Iterator[tuple[str, str | Path]]:
         yield from _files(parse_policy(spec.params["inner"]))
 
 
-def _digest(file: str | Path) -> str:
+def digest(file: str | Path) -> str:
     return hashlib.sha256(Path(file).expanduser().read_bytes()).hexdigest()[:16]

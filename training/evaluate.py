@@ -65,7 +65,7 @@ def evaluate(
     notes = _notes(world, level, attackers)
     world = load_scenario(world, knowledge=level)
     run = _Run(
-        world, attackers, defenders, _positive("episodes", episodes), checked_seed(seed), max_cycles, notes
+        world, attackers, defenders, positive("episodes", episodes), checked_seed(seed), max_cycles, notes
     )
     run.rehearse()
     folder = None
@@ -107,7 +107,7 @@ class _Run:
     ):
         self.scenario, self.attackers, self.defenders = scenario, attackers, defenders
         self.episodes, self.seed, self.max_cycles, self.notes = episodes, seed, max_cycles, notes
-        self.horizon = scenario.horizon if max_cycles is None else _positive("max_cycles", max_cycles)
+        self.horizon = scenario.horizon if max_cycles is None else positive("max_cycles", max_cycles)
         self.cells: dict[tuple[str, str], Cell] = {}
 
     def pairs(self) -> list[tuple[Contender, Contender]]:
@@ -138,17 +138,9 @@ class _Run:
     def _play_worlds(
         self, attacker: Contender, defender: Contender, worlds: np.ndarray, frames: int, advance: Advance
     ) -> dict[str, np.ndarray]:
-        """The metrics of episode 0 of the given worlds, float64[len(worlds)] each."""
         venv = VectorEnv(self.scenario, defender.make(), len(worlds), self.max_cycles, autoreset=False)
         try:
-            player, metrics = Player(venv, {"adversary": attacker.make()}), EpisodeMetrics(venv)
-            episodes = {"worlds": worlds, "episodes": np.zeros_like(worlds)}
-            observations, _ = venv.reset(self.seed, options=episodes)
-            for _ in range(frames):
-                observations, _, _, _, info = venv.step(player.actions(observations))
-                metrics.update(info)
-                advance(1)
-            return metrics.result()
+            return play_worlds(venv, {"adversary": attacker.make()}, worlds, self.seed, frames, advance)
         finally:
             venv.close()
 
@@ -160,7 +152,29 @@ class _Run:
         return Results(self.scenario.name, self.seed, self.episodes, version, cells, self.notes)
 
 
-def _positive(name: str, value: Any) -> int:
+def play_worlds(
+    venv: VectorEnv,
+    policies: Mapping[str, Any],
+    worlds: np.ndarray,
+    seed: int,
+    frames: int,
+    advance: Advance = lambda _: None,
+) -> dict[str, np.ndarray]:
+    """The metrics of episode 0 of the given worlds[venv.num_worlds] of a seed, float64[len(worlds)] each.
+
+    policies: by role or agent, as a `Player` takes them.
+    """
+    player, metrics = Player(venv, policies), EpisodeMetrics(venv)
+    observations, _ = venv.reset(seed, options={"worlds": worlds, "episodes": np.zeros_like(worlds)})
+    for _ in range(frames):
+        observations, _, _, _, info = venv.step(player.actions(observations))
+        metrics.update(info)
+        advance(1)
+    return metrics.result()
+
+
+def positive(name: str, value: Any) -> int:
+    """The value as an int; ValueError if it is not a whole number of at least 1."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
         raise ValueError(f"{name} must be a whole number of at least 1; got {value!r}")
     return int(value)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 ROWS, SUMMARY = "results.parquet", "results.json"
 _CONFIGURATION = b"trust_env.configuration"
-_UNFINISHED = ".unfinished"  # a file that is being written
+UNFINISHED = ".unfinished"  # a file that is being written
 _BYTES_PER_EPISODE = 1024  # of results.parquet, generously
 
 
@@ -42,7 +42,7 @@ class RunFolder:
         if self.path.exists() and not self.path.is_dir():
             raise ValueError(f"{self.path}: expected a folder for the results, this is a file")
         self.path.mkdir(parents=True, exist_ok=True)
-        found = sorted(p.name for p in self.path.iterdir() if not p.name.endswith(_UNFINISHED))
+        found = sorted(p.name for p in self.path.iterdir() if not p.name.endswith(UNFINISHED))
         if found and not resume:
             raise ValueError(
                 f"{self.path}: the folder is not empty (it holds {found[0]}) and nothing is overwritten; "
@@ -86,20 +86,27 @@ class RunFolder:
         """Put down all cells of `results`; what stood there before stays until the new file is complete."""
         table = results.to_arrow()
         metadata = {_CONFIGURATION: json.dumps(self._configuration)}
-        self._replace(ROWS, lambda file: _write_table(table.replace_schema_metadata(metadata), file))
+        replace_file(
+            self.path / ROWS, lambda file: _write_table(table.replace_schema_metadata(metadata), file)
+        )
         text = json.dumps(results.to_dict(), indent=2, allow_nan=False) + "\n"
-        self._replace(SUMMARY, lambda file: file.write_text(text, encoding="utf-8"))
+        replace_file(self.path / SUMMARY, lambda file: file.write_text(text, encoding="utf-8"))
 
-    def _replace(self, name: str, write: Callable[[Path], Any]) -> None:
-        unfinished = self.path / (name + _UNFINISHED)
-        try:
-            write(unfinished)
-            _sync(unfinished)
-            os.replace(unfinished, self.path / name)
-            _sync(self.path)
-        except OSError as fault:
-            unfinished.unlink(missing_ok=True)
-            raise OSError(fault.errno, fault.strerror or str(fault), str(self.path / name)) from None
+
+def replace_file(file: Path, write: Callable[[Path], Any]) -> None:
+    """Let `write` make a file under another name, bring it to the disk, and move it to its place.
+
+    What stood there before stays until the new file is complete. OSError: it could not be written.
+    """
+    unfinished = file.with_name(file.name + UNFINISHED)
+    try:
+        write(unfinished)
+        sync(unfinished)
+        os.replace(unfinished, file)
+        sync(file.parent)
+    except OSError as fault:
+        unfinished.unlink(missing_ok=True)
+        raise OSError(fault.errno, fault.strerror or str(fault), str(file)) from None
 
 
 def _write_table(table: pa.Table, file: Path) -> None:
@@ -108,7 +115,7 @@ def _write_table(table: pa.Table, file: Path) -> None:
     pq.write_table(table, file)
 
 
-def _sync(path: Path) -> None:
+def sync(path: Path) -> None:
     """Wait until a file, or the list of a folder's files, is on the disk."""
     if path.is_dir() and os.name == "nt":
         return  # folders cannot be opened there

@@ -19,15 +19,19 @@ Tell = Callable[[str], None]
 
 
 @contextmanager
-def progress(title: str, total: int, shown: bool = True) -> Iterator[tuple[Callable[[int], None], Tell]]:
-    """A bar while the block runs: `advance(n)` of `total` steps, `tell(text)` what is being done."""
+def progress(
+    title: str, total: int, shown: bool = True, done: int = 0
+) -> Iterator[tuple[Callable[[int], None], Tell]]:
+    """A bar while the block runs: `advance(n)` of `total` steps, of which some are `done`, and `tell(text)`
+    what is being done.
+    """
     what = TextColumn("{task.description}", markup=False)
     columns = (what, BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     console = Console(stderr=True)
     with Progress(
         *columns, console=console, transient=True, disable=not (shown and console.is_terminal)
     ) as bar:
-        task = bar.add_task(title, total=total)
+        task = bar.add_task(title, total=total, completed=done)
         yield (lambda n: bar.advance(task, n)), (lambda text: bar.update(task, description=text))
 
 

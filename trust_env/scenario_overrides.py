@@ -130,7 +130,7 @@ def _meant(key: str, known: Mapping[tuple[str, ...], Any]) -> str:
     full = {name: ".".join(location) for location in known for name in (location[-1], ".".join(location))}
     match = nearest(key, full)
     if match is None:
-        return "expected a field of the scenario, such as tracker.gate"
+        return f"expected a field, such as {next(name for name in full if '.' in name)}"
     return f"did you mean {full[match]!r}?"
 
 

@@ -1,0 +1,128 @@
+"""Checkpoints: a tree of plain values and arrays in one file, without pickles, and the last two of them.
+
+A file is a zip archive: `tree.json`, in which every array is a reference, and the arrays as .npy files. The
+archive's checksums tell a damaged file. It is written beside its place, brought to the disk, and moved there
+in one step, so that whenever the program dies there is a complete one.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from training.run_folder import UNFINISHED, replace_file
+
+KEPT = 2
+_TREE = "tree.json"
+_KIND = "__kind__"  # marks what JSON does not know
+
+
+class Checkpoints:
+    """The checkpoints of a run by step count: `checkpoints/000000051200.zip`."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+
+    def files(self) -> list[Path]:
+        """Complete ones, the last one first."""
+        return sorted(self.folder.glob("[0-9]*.zip"), reverse=True)
+
+    def save(self, steps: int, tree: Any) -> None:
+        """Add one and drop those before the last two. OSError: it could not be written, all others stay."""
+        self.folder.mkdir(exist_ok=True)
+        replace_file(self.folder / f"{steps:012d}.zip", lambda file: write_tree(file, tree))
+        for old in self.files()[KEPT:]:
+            old.unlink()
+        for unfinished in self.folder.glob(f"*{UNFINISHED}"):
+            unfinished.unlink()
+
+    def load(self, tell: Callable[[str], None]) -> Any | None:
+        """The last one that can be read; None if there is none at all.
+
+        `tell` hears about each one that cannot be read, which is set aside. ValueError: none of them can.
+        """
+        files = self.files()
+        for file in files:
+            try:
+                return read_tree(file)
+            except ValueError as fault:
+                tell(f"{fault}; the one before is taken")
+                file.replace(file.with_suffix(".damaged"))
+        if files:
+            raise ValueError(
+                f"{self.folder}: none of the {len(files)} checkpoints can be read; nothing to resume"
+            )
+        return None
+
+
+def write_tree(file: Path, tree: Any) -> None:
+    """Dicts, lists, tuples, texts, bytes, numbers, None and arrays; TypeError for anything else."""
+    arrays: list[np.ndarray] = []
+    text = json.dumps(_packed(tree, arrays))
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
+        archive.writestr(_TREE, text)
+        for i, array in enumerate(arrays):
+            data = io.BytesIO()
+            np.save(data, array, allow_pickle=False)
+            archive.writestr(f"{i}.npy", data.getbuffer())
+
+
+def read_tree(file: Path) -> Any:
+    """What `write_tree` wrote. ValueError: the file is damaged, or is something else."""
+    try:
+        with zipfile.ZipFile(file) as archive:
+            return _unpacked(json.loads(archive.read(_TREE)), archive)
+    except (zipfile.BadZipFile, KeyError, ValueError, EOFError, OSError) as fault:
+        raise ValueError(f"{file}: not a complete checkpoint: {fault}") from None
+
+
+def _packed(value: Any, arrays: list[np.ndarray]) -> Any:
+    match value:
+        case None | bool() | str():
+            return value
+        case np.ndarray() if value.dtype.kind in "biuf":
+            arrays.append(value)
+            return {_KIND: "array", "index": len(arrays) - 1}
+        case bytes():
+            return {_KIND: "bytes", "of": _packed(np.frombuffer(value, dtype=np.uint8), arrays)}
+        case np.generic() if value.dtype.kind in "biuf":
+            return {_KIND: "scalar", "dtype": value.dtype.str, "value": value.item()}
+        case int() | float():
+            return value
+        case list():
+            return [_packed(item, arrays) for item in value]
+        case tuple():
+            return {_KIND: "tuple", "items": [_packed(item, arrays) for item in value]}
+        case dict() if all(type(key) is str for key in value) and _KIND not in value:
+            return {key: _packed(item, arrays) for key, item in value.items()}
+        case dict():
+            return {
+                _KIND: "dict",
+                "items": [[_packed(k, arrays), _packed(v, arrays)] for k, v in value.items()],
+            }
+    raise TypeError(f"a checkpoint holds plain values and arrays of numbers; got {type(value).__name__}")
+
+
+def _unpacked(value: Any, archive: zipfile.ZipFile) -> Any:
+    if isinstance(value, list):
+        return [_unpacked(item, archive) for item in value]
+    if not isinstance(value, dict):
+        return value
+    match value.get(_KIND):
+        case "array":
+            return np.load(io.BytesIO(archive.read(f"{value['index']}.npy")), allow_pickle=False)
+        case "scalar":
+            return np.dtype(value["dtype"]).type(value["value"])
+        case "bytes":
+            return _unpacked(value["of"], archive).tobytes()
+        case "tuple":
+            return tuple(_unpacked(item, archive) for item in value["items"])
+        case "dict":
+            return {_unpacked(k, archive): _unpacked(v, archive) for k, v in value["items"]}
+    return {key: _unpacked(item, archive) for key, item in value.items()}

@@ -1,0 +1,72 @@
+"""The policy of an algorithm as a policy file: weights and a plain config, which `agents.learned` plays."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from gymnasium.spaces import MultiDiscrete
+from stable_baselines3 import PPO
+
+import trust_env
+from agents.policy_file import save_policy
+from training.learning.configuration import Configuration
+from training.learning.learners import Learners
+from trust_env.parallel import TrustEnv
+
+
+def export_policy(path: Path, model: PPO, learners: Learners, config: Configuration) -> None:
+    """Write what the learners' present policy is made of; of a folder, to its policy.safetensors."""
+    space, view = learners.action_space, learners.view
+    tensors = policy_tensors(model)
+    sizes = [tensors[f"pi.{i}.weight"].shape[0] for i in range(len(config.network.layers))]
+    save_policy(
+        path,
+        tensors,
+        {
+            "view": str(view),
+            "knowledge": view.knowledge,
+            "fields": view.fields,
+            "layers": [view.observation_size, *sizes, tensors["action.bias"].shape[0]],
+            "activation": config.network.activation,
+            "choices": space.nvec.tolist() if isinstance(space, MultiDiscrete) else None,
+            "about": _about(model, learners, config),
+        },
+    )
+
+
+def policy_tensors(model: PPO) -> dict[str, np.ndarray]:
+    """pi.i.weight, pi.i.bias, action.weight, action.bias, log_std or not, obs_mean and obs_var or not."""
+    weights = {name: tensor.detach().numpy() for name, tensor in model.policy.state_dict().items()}
+    tensors = {
+        f"action.{part}": weights[f"action_net.{part}"] for part in ("weight", "bias")
+    } | _hidden_layers(weights)
+    if "log_std" in weights:
+        tensors["log_std"] = weights["log_std"]
+    normalised = model.get_vec_normalize_env()
+    if normalised is not None and normalised.norm_obs:
+        tensors |= {"obs_mean": normalised.obs_rms.mean, "obs_var": normalised.obs_rms.var}  # type: ignore
+    return tensors
+
+
+def _hidden_layers(weights: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Every second module of SB3's `policy_net` is an activation."""
+    start, found = "mlp_extractor.policy_net.", {}
+    for name, values in weights.items():
+        if name.startswith(start):
+            module, _, part = name.removeprefix(start).partition(".")
+            found[f"pi.{int(module) // 2}.{part}"] = values
+    return found
+
+
+def _about(model: PPO, learners: Learners, config: Configuration) -> dict[str, Any]:
+    return {
+        "scenario": learners.scenario.name,
+        "defense": config.defense,
+        "role": config.role,
+        "seed": config.seed,
+        "steps": model.num_timesteps,
+        "package": trust_env.__version__,
+        "version": TrustEnv.metadata["name"],
+    }

@@ -1,0 +1,105 @@
+"""What a run tells while it learns: progress.csv, evaluations.csv and TensorBoard's files, in its folder.
+
+Lines are only ever added, and a checkpoint knows how long each file was: a run that is taken up again cuts
+off what came later, so that nothing stands there twice.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from stable_baselines3.common.logger import KVWriter, Logger, TensorBoardOutputFormat
+
+from training.run_folder import sync
+from trust_env.metrics import METRICS
+
+PROGRESS, EVALUATIONS, TENSORBOARD = "progress.csv", "evaluations.csv", "tensorboard"
+PROGRESS_COLUMNS = (
+    "time/steps", "time/seconds", "time/steps_per_second",
+    "rollout/damage_per_frame", "rollout/false_tracks_per_frame", "rollout/missing_targets_per_frame",
+    "rollout/episode_reward",
+    "train/learning_rate", "train/entropy_loss", "train/policy_gradient_loss", "train/value_loss",
+    "train/approx_kl", "train/clip_fraction", "train/explained_variance", "train/std",
+)  # fmt: skip
+EVALUATION_COLUMNS = ("time/steps", *(f"evaluation/{name}" for name in METRICS))
+
+
+class Logs:
+    """Two Stable-Baselines3 loggers: `training`, which the algorithm writes to, and `evaluation`."""
+
+    def __init__(self, folder: Path):
+        self._folder = folder
+        board = TensorBoardOutputFormat(str(folder / TENSORBOARD))
+        self._lines = {
+            name: AppendedCsv(folder / name, columns)
+            for name, columns in ((PROGRESS, PROGRESS_COLUMNS), (EVALUATIONS, EVALUATION_COLUMNS))
+        }
+        self.training = Logger(str(folder), [board, self._lines[PROGRESS]])
+        self.evaluation = Logger(str(folder), [board, self._lines[EVALUATIONS]])
+        self._board = board
+
+    def sizes(self) -> dict[str, int]:
+        """Bytes of every file, all of which are on the disk then."""
+        found = {}
+        for file in _files(self._folder):
+            sync(file)
+            found[str(file.relative_to(self._folder))] = file.stat().st_size
+        return found
+
+    def close(self) -> None:
+        self._board.close()
+        for lines in self._lines.values():
+            lines.close()
+
+
+def cut(folder: Path, sizes: Mapping[str, int]) -> None:
+    """Take the files of a folder back to what they were."""
+    for file in _files(folder):
+        size = sizes.get(str(file.relative_to(folder)), 0)
+        if size == 0:
+            file.unlink()
+        elif file.stat().st_size > size:
+            os.truncate(file, size)
+
+
+def _files(folder: Path) -> list[Path]:
+    found = [folder / PROGRESS, folder / EVALUATIONS, *sorted((folder / TENSORBOARD).glob("*"))]
+    return [file for file in found if file.is_file()]
+
+
+class AppendedCsv(KVWriter):
+    """A line for every dump, of the given columns, without the part of their names before the slash."""
+
+    def __init__(self, file: Path, columns: Sequence[str]):
+        self._columns = columns
+        self._file = open(file, "a", newline="", encoding="utf-8")  # noqa: SIM115
+        self._writer = csv.writer(self._file)
+        if self._file.tell() == 0:
+            self._add([name.partition("/")[2] for name in columns])
+
+    def write(
+        self, key_values: dict[str, Any], key_excluded: dict[str, tuple[str, ...]], step: int = 0
+    ) -> None:
+        self._add([_text(key_values.get(name)) for name in self._columns])
+
+    def _add(self, row: list[str]) -> None:
+        try:
+            self._writer.writerow(row)
+            self._file.flush()
+        except OSError as fault:
+            raise OSError(fault.errno, fault.strerror or str(fault), self._file.name) from None
+
+    def close(self) -> None:
+        self._file.close()
+
+
+def _text(value: Any) -> str:
+    """Six digits; nothing where there is no value."""
+    if value is None or value != value:
+        return ""
+    return f"{value:.6g}" if isinstance(value, (float, np.floating)) else str(value)

@@ -1,0 +1,185 @@
+"""A training run at work: rollouts, updates, evaluations and checkpoints."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from stable_baselines3.common.callbacks import BaseCallback
+
+from agents.learned import Learned
+from agents.views import DEFAULT_VIEW
+from training.evaluate import play_worlds
+from training.learning.configuration import Configuration
+from training.learning.export import export_policy
+from training.learning.learners import Learners
+from training.learning.logs import Logs, cut
+from training.learning.ppo import build_ppo
+from training.learning.sb3 import LearnersVecEnv
+from training.learning.training_folder import TrainingFolder
+from trust_env.metrics import METRICS
+from trust_env.scenario import Scenario
+from trust_env.vector import VectorEnv
+
+Tell = Callable[[str], None]
+
+
+def build_learners(config: Configuration, scenario: Scenario, num_worlds: int) -> Learners:
+    """The learners of a run. ValueError: scenario, defense, view and others do not fit together."""
+    return Learners(
+        scenario,
+        config.defense,
+        num_worlds,
+        view=config.view or DEFAULT_VIEW,
+        others=config.others,
+        knowledge=config.knowledge,
+        max_cycles=config.max_cycles,
+        threads=config.threads,
+        learner_role=config.role,
+        stagger=True,
+    )
+
+
+class Session:
+    """From the last checkpoint in the folder, if there is one, else from the beginning.
+
+    advance(n): n steps are done; tell(text): how it stands; warn(text): what the user should know.
+    """
+
+    def __init__(self, folder: TrainingFolder, warn: Tell):
+        self.folder, self.config, scenario = folder, folder.configuration(), folder.scenario()
+        folder.begin(self.config, scenario)
+        config = self.config
+        self.env = LearnersVecEnv(build_learners(config, scenario, config.worlds))
+        self.scenario = self.env.learners.scenario
+        self.model = build_ppo(config, self.env)
+        saved = folder.checkpoints.load(warn)
+        cut(folder.path, saved["logs"] if saved else {})
+        self.logs = Logs(folder.path)
+        self.model.set_logger(self.logs.training)
+        self.watch = Watch(self.env)
+        _, self._callback = self.model._setup_learn(config.steps, self.watch)
+        self._seconds_before, self._evaluated = 0.0, -1
+        if saved:
+            self.model.set_state(saved["model"])
+            self._seconds_before, self._evaluated = saved["seconds"], saved["evaluated"]
+        self._began = self._saved = time.monotonic()
+
+    @property
+    def steps(self) -> int:
+        return self.model.num_timesteps
+
+    @property
+    def finished(self) -> bool:
+        return self.steps >= self.config.steps
+
+    @property
+    def seconds(self) -> float:
+        """Of this session and those before."""
+        return self._seconds_before + time.monotonic() - self._began
+
+    def run(self, advance: Callable[[int], None], tell: Tell, stops: Callable[[], bool]) -> None:
+        """Train to the end. KeyboardInterrupt: `stops` said so, and all is saved."""
+        self.watch.advance = advance
+        if self._evaluated < 0:
+            self._evaluate(tell)
+            self.save()
+        while not self.finished:
+            self._iterate()
+            evaluates = self.finished or self.steps - self._evaluated >= self.config.evaluation.every
+            if evaluates:
+                self._evaluate(tell)
+            waited = time.monotonic() - self._saved >= self.config.checkpoint.every
+            if evaluates or waited or stops():
+                self.save()
+            if stops() and not self.finished:
+                raise KeyboardInterrupt
+
+    def _iterate(self) -> None:
+        """A rollout, and what is learned from it."""
+        model = self.model
+        began, before = time.monotonic(), self.steps
+        model._update_current_progress_remaining(self.steps, self.config.steps)
+        model.collect_rollouts(model.env, self._callback, model.rollout_buffer, model.n_steps)  # type: ignore
+        model.train()
+        record = model.logger.record
+        record("time/steps", self.steps, exclude="tensorboard")
+        record("time/seconds", self.seconds)
+        record("time/steps_per_second", (self.steps - before) / (time.monotonic() - began))
+        for name, value in self.watch.take().items():
+            record(f"rollout/{name}", value)
+        if model.ep_info_buffer:
+            record("rollout/episode_reward", float(np.mean([e["r"] for e in model.ep_info_buffer])))
+        model.logger.dump(self.steps)
+
+    def _evaluate(self, tell: Tell) -> None:
+        """Play the policy, as it is exported, on held-out worlds."""
+        self._export()
+        config = self.config
+        policies = {config.role: Learned(str(self.folder.path)), **config.others}
+        episodes, seed = config.evaluation.episodes, config.evaluation.seed
+        venv = VectorEnv(
+            self.scenario, config.defense, episodes, config.max_cycles, config.threads, autoreset=False
+        )
+        found = play_worlds(venv, policies, np.arange(episodes), seed, venv.max_cycles)
+        venv.close()
+        record = self.logs.evaluation.record
+        record("time/steps", self.steps, exclude="tensorboard")
+        for name in METRICS:
+            if not np.isnan(found[name]).all():
+                record(f"evaluation/{name}", float(np.nanmean(found[name])))
+        self.logs.evaluation.dump(self.steps)
+        self._evaluated = self.steps
+        tell(f"damage per frame {found['damage_per_frame'].mean():.2f}")
+
+    def _export(self) -> None:
+        export_policy(self.folder.path, self.model, self.env.learners, self.config)
+
+    def save(self) -> None:
+        """The policy, and a checkpoint from which the run goes on bit for bit."""
+        self._export()
+        self.folder.checkpoints.save(self.steps, self._state())
+        self._saved = time.monotonic()
+
+    def _state(self) -> dict[str, Any]:
+        return {
+            "steps": self.steps,
+            "seconds": self.seconds,
+            "evaluated": self._evaluated,
+            "logs": self.logs.sizes(),
+            "model": self.model.get_state(),
+        }
+
+    def close(self) -> None:
+        self.logs.close()
+        self.env.close()
+
+
+class Watch(BaseCallback):
+    """The environment's own metrics over a rollout, and how far it is."""
+
+    _NAMES = ("false_tracks", "missing_targets")
+
+    def __init__(self, env: LearnersVecEnv):
+        super().__init__()
+        self._env = env
+        self.advance: Callable[[int], None] = lambda n: None
+        self._forget()
+
+    def _forget(self) -> None:
+        self._frames, self._sums = 0, dict.fromkeys(self._NAMES, 0.0)
+
+    def _on_step(self) -> bool:
+        self._frames += 1
+        for name in self._NAMES:
+            self._sums[name] += float(self._env.metrics[name].mean())
+        self.advance(self._env.num_envs)
+        return True
+
+    def take(self) -> dict[str, float]:
+        """Means per frame since the last time."""
+        means = {f"{name}_per_frame": total / self._frames for name, total in self._sums.items()}
+        self._forget()
+        return {"damage_per_frame": sum(means.values())} | means

@@ -1,0 +1,140 @@
+"""The folder of a training run: what it takes to repeat it, to go on with it, and to play what it learned.
+
+config.yaml          everything that was configured
+scenario.yaml        the scenario, as it was when the run began
+run.json             versions, machine, command lines, files of the user's by their digest
+checkpoints/         the last two, see `checkpoint`
+policy.safetensors   the policy of the last checkpoint, which `evaluate --attack` plays
+progress.csv, evaluations.csv, tensorboard/
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import platform
+import shlex
+import sys
+from collections.abc import Iterator, Mapping
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import trust_env
+from training.configuration import digest
+from training.learning.checkpoint import Checkpoints
+from training.learning.configuration import Configuration, load_configuration
+from training.run_folder import UNFINISHED, replace_file
+from trust_env.scenario import Scenario, load_scenario
+from trust_env.spec import parse
+
+CONFIG, SCENARIO, RUN = "config.yaml", "scenario.yaml", "run.json"
+_PACKAGES = ("torch", "stable-baselines3", "numpy", "numba", "gymnasium", "pettingzoo", "safetensors")
+_LOCK = ".lock"
+
+
+class TrainingFolder:
+    """config.yaml stands there last, so that a folder that has it has all that a run starts from."""
+
+    def __init__(self, path: Path):
+        self.path = path
+        self.checkpoints = Checkpoints(path / "checkpoints")
+
+    @classmethod
+    def create(cls, path: str | Path, config: Configuration, scenario: Scenario) -> TrainingFolder:
+        """ValueError: the folder is not empty; OSError: it cannot be written."""
+        folder = cls(Path(path).expanduser())
+        folder._require_empty()
+        folder._write(SCENARIO, scenario.to_yaml())
+        folder._write_run([], _digests(config, scenario))
+        folder._write(CONFIG, config.to_yaml())
+        return folder
+
+    @classmethod
+    def open(cls, path: str | Path) -> TrainingFolder:
+        """ValueError: there is no training run in it."""
+        folder = cls(Path(path).expanduser())
+        if not (folder.path / CONFIG).is_file() or not (folder.path / RUN).is_file():
+            found = "there is no such folder" if not folder.path.is_dir() else f"there is no {CONFIG} in it"
+            raise ValueError(f"{path}: {found}; expected the folder of a training run, made by train --out")
+        return folder
+
+    def _require_empty(self) -> None:
+        if self.path.exists() and not self.path.is_dir():
+            raise ValueError(f"{self.path}: expected a folder for the run, this is a file")
+        self.path.mkdir(parents=True, exist_ok=True)
+        found = sorted(p.name for p in self.path.iterdir())
+        if CONFIG in found:
+            raise ValueError(
+                f"{self.path}: there is a training run in this folder, and nothing is overwritten; "
+                f"expected a new or empty folder, or --resume {self.path} to continue the run"
+            )
+        begun = {SCENARIO, RUN, _LOCK}  # of a run that died while it began
+        others = [name for name in found if name not in begun and not name.endswith(UNFINISHED)]
+        if others:
+            raise ValueError(
+                f"{self.path}: the folder is not empty (it holds {others[0]}) and nothing is overwritten; "
+                f"expected a new or empty folder"
+            )
+
+    def configuration(self) -> Configuration:
+        return load_configuration(self.path / CONFIG)
+
+    def scenario(self) -> Scenario:
+        return load_scenario(self.path / SCENARIO)
+
+    def begin(self, config: Configuration, scenario: Scenario) -> None:
+        """Note down that a session begins. ValueError: a file of the user's is not what it was."""
+        found = json.loads((self.path / RUN).read_text(encoding="utf-8"))
+        here = _digests(config, scenario)
+        for file, before in found["files"].items():
+            if here.get(file) != before:
+                raise ValueError(
+                    f"{file}: it has changed since the run in {self.path} began; expected it as it was"
+                )
+        self._write_run([*found["sessions"], _session()], here)
+
+    def _write_run(self, sessions: list[dict[str, Any]], files: Mapping[str, str]) -> None:
+        self._write(RUN, json.dumps({"files": files, "sessions": sessions}, indent=2) + "\n")
+
+    def _write(self, name: str, text: str) -> None:
+        replace_file(self.path / name, lambda file: file.write_text(text, encoding="utf-8"))
+
+    @contextlib.contextmanager
+    def alone(self) -> Iterator[None]:
+        """While the block runs, no other process can train in this folder. ValueError: another one does."""
+        with open(self.path / _LOCK, "w") as lock:
+            try:
+                import fcntl
+
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise ValueError(f"{self.path}: another process is training in this folder") from None
+            except ImportError:
+                pass  # no such locks on this system
+            yield
+
+
+def _session() -> dict[str, Any]:
+    """When, how and with what a part of the run was computed."""
+    return {
+        "began": datetime.now(UTC).isoformat(timespec="seconds"),
+        "command": shlex.join(sys.argv),
+        "platform": platform.platform(),
+        "processor": platform.processor() or platform.machine(),
+        "python": platform.python_version(),
+        "packages": {"trust-env": trust_env.__version__, **{name: version(name) for name in _PACKAGES}},
+    }
+
+
+def _digests(config: Configuration, scenario: Scenario) -> dict[str, str]:
+    """Of the user's own files that take part."""
+    specs = [
+        parse(text)
+        for text in (config.defense, *config.others.values(), *([config.view] if config.view else []))
+    ]
+    files = [spec.path for spec in specs if spec.path is not None]
+    return {
+        file: digest(file) for file in [*files, *([scenario.targets.data] if scenario.targets.data else [])]
+    }

@@ -1,0 +1,79 @@
+"""The commands that learn."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, Literal
+
+from tyro.conf import UseAppendAction, arg
+
+Json = Annotated[bool, arg(name="json", help="print JSON instead of text")]
+Assigned = UseAppendAction[tuple[str, ...]]
+
+
+def train(
+    scenario: Annotated[str | None, arg(help="name, name(field=value, ...), or a YAML file")] = None,
+    defense: Annotated[str | None, arg(help="what is learned against: trust, my_file.py:MyDefense")] = None,
+    steps: Annotated[int | None, arg(help="frames of all learners together")] = None,
+    seed: Annotated[int | None, arg(help="seed of weights, exploration and worlds")] = None,
+    out: Annotated[Path | None, arg(help="folder for the run, new or empty")] = None,
+    resume: Annotated[Path | None, arg(help="folder of a run to continue, as it was configured")] = None,
+    config: Annotated[Path | None, arg(help="YAML file with what differs from the defaults")] = None,
+    knowledge: Annotated[
+        Literal["own", "poses", "picture", "white_box"] | None, arg(help="what agents observe")
+    ] = None,
+    view: Annotated[str | None, arg(help="what a learner's action means: phantoms(n=2), grid, raw")] = None,
+    others: Annotated[
+        Assigned,
+        arg(metavar="ROLE=POLICY", help="policy of a role or an agent that does not learn; repeatable"),
+    ] = (),
+    settings: Annotated[
+        Assigned,
+        arg(
+            name="set",
+            metavar="FIELD=VALUE",
+            help="set a field of the configuration, as in ppo.gamma=0.95; repeatable",
+        ),
+    ] = (),
+    as_json: Json = False,
+) -> int:
+    """Train a policy against a defense, or go on with a run. Defaults: training/learning/defaults.yaml."""
+    from training.commands import settings_of
+    from training.train import train as run
+
+    try:
+        found = run(
+            scenario,
+            defense,
+            steps,
+            seed,
+            out,
+            resume,
+            config,
+            knowledge,
+            view,
+            policies_of(others),
+            settings_of(settings),
+        )
+    except (KeyboardInterrupt, OSError):
+        folder = resume if resume is not None else out
+        if folder is not None and (folder / "config.yaml").is_file():
+            print(f"trust-env: to continue: trust-env train --resume {folder}", file=sys.stderr)
+        raise
+    print(json.dumps(found.to_dict(), indent=2) if as_json else found.told())
+    return 0
+
+
+def policies_of(texts: tuple[str, ...]) -> dict[str, str]:
+    """{"benign": "honest"} from benign=honest."""
+    found: dict[str, str] = {}
+    for text in texts:
+        name, equals, policy = text.partition("=")
+        if not (equals and name.strip() and policy.strip()):
+            raise ValueError(f"--others {text}: expected ROLE=POLICY, such as benign=honest")
+        if name.strip() in found:
+            raise ValueError(f"--others {text}: {name.strip()} is given twice")
+        found[name.strip()] = policy.strip()
+    return found
