@@ -12,7 +12,7 @@ from trust_env.observation import REACH
 
 KEEP, WITHDRAW, FIRST_POINT = 0, 1, 2  # choices for a phantom
 NONE, NEAR, FAR, ALL = range(4)  # choices of what is suppressed
-NEARER_HALF = 0.5 / REACH**2  # squared distance in REACH radii: half of a circle's area lies within
+NEARER_HALF = np.sqrt(0.5) / REACH  # distance in REACH radii: half of a circle's area lies within
 
 
 class Grid(PlacedPhantoms):
@@ -41,17 +41,16 @@ class Grid(PlacedPhantoms):
         length = super().prepare(context)
         self.action_space = MultiDiscrete([FIRST_POINT + self.g**2] * self.phantoms + [ALL + 1])
         along = np.linspace(-1.0, 1.0, self.g, dtype=np.float32)
-        points = np.stack(np.meshgrid(along, along, indexing="ij"), axis=-1).reshape(-1, 2)
-        self._points = np.concatenate([np.zeros((FIRST_POINT, 2), dtype=np.float32), points])
+        nowhere = np.zeros(FIRST_POINT, dtype=np.float32)
+        self._x = np.concatenate([nowhere, np.repeat(along, self.g)])
+        self._y = np.concatenate([nowhere, np.tile(along, self.g)])
         return length
 
     def act(self, choices: np.ndarray, observations: np.ndarray) -> np.ndarray:
         chosen, suppress = choices[..., :-1], choices[..., -1:]
-        pointed = self.over_fov(self._points[chosen])
-        stays = (chosen == KEEP)[..., None]
-        reported = (chosen >= FIRST_POINT) | ((chosen == KEEP) & (self.silent < PATIENCE))
+        pointed, stays = self.over_fov(self._x[chosen], self._y[chosen]), chosen == KEEP
+        reported = (chosen >= FIRST_POINT) | (stays & (self.silent < PATIENCE))
         self.move(np.where(stays, self.place, pointed), reported)
         self.silent[chosen == WITHDRAW] = PATIENCE
-        place = self.detections(observations)
-        near = np.square(place[..., 0]) + np.square(place[..., 1]) < NEARER_HALF
+        near = np.abs(self.detections(observations)) < NEARER_HALF
         return self.actions((suppress == ALL) | np.where(near, suppress == NEAR, suppress == FAR))

@@ -37,12 +37,12 @@ class Phantoms(PlacedPhantoms):
 
     def act(self, choices: np.ndarray, observations: np.ndarray) -> np.ndarray:
         choices = np.clip(choices, -1.0, 1.0).astype(np.float32)
-        pointed = choices[..., :-3].reshape(*self.silent.shape, 3)
-        self.move(self.over_fov(pointed[..., 1:]), pointed[..., 0] >= WITHDRAWN)
+        report, x, y = (choices[..., i:-3:3] for i in range(3))
+        self.move(self.over_fov(x, y), report >= WITHDRAWN)
         return self.actions(self._covered(choices[..., -3:], observations))
 
     def _covered(self, disc: np.ndarray, observations: np.ndarray) -> np.ndarray:
         """Which own detections bool[W, n, D] lie inside the suppression discs [W, n, 3]."""
-        off = self.detections(observations) - self.over_fov(disc[..., None, :2])
+        centre = self.over_fov(disc[..., 0:1], disc[..., 1:2])
         radius = np.float32(WIDEST) * (0.5 + 0.5 * disc[..., 2:]) ** 3
-        return np.square(off[..., 0]) + np.square(off[..., 1]) < np.square(radius)
+        return np.abs(self.detections(observations) - centre) < radius

@@ -1,8 +1,12 @@
-"""Phantoms as views keep them: places that are pointed to, and reported frame after frame."""
+"""Phantoms as views keep them: places that are pointed to, and reported frame after frame.
+
+A place is a complex number, x + iy.
+"""
 
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
 
 import numpy as np
 
@@ -13,6 +17,8 @@ from agents.views.view import View
 from trust_env.action import action_table
 from trust_env.observation import REACH
 from trust_env.scenario import Scenario
+
+Places: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.complex64]]
 
 PATIENCE = 5  # frames in a row without a report after which a phantom is gone; the tracker drops it then too
 
@@ -28,7 +34,7 @@ class PlacedPhantoms(View):
     hidden = frozenset({"role", "report", "report_mask"})  # the view's own state says it shorter
     remembered = ("place", "silent")
 
-    place: np.ndarray  # float32[W, n, P, 2], relative to the agent, in REACH radii of its FOV
+    place: Places  # complex64[W, n, P], x + iy relative to the agent, in REACH radii of its FOV
     silent: np.ndarray  # int8[W, n, P], frames in a row without a report, up to PATIENCE: there is none
 
     def __init__(self, n: int | None, speed: float | None, knowledge: str | None):
@@ -42,7 +48,7 @@ class PlacedPhantoms(View):
         self._detections = context.observation_table["detections"].slice
         self.phantoms = self._count(context)
         shape = (len(context.worlds), len(learners), self.phantoms)
-        self.place, self.silent = np.zeros((*shape, 2), np.float32), np.full(shape, PATIENCE, np.int8)
+        self.place, self.silent = np.zeros(shape, np.complex64), np.full(shape, PATIENCE, np.int8)
         reach = context.observation_table.scales.reach[learners]
         self._middle, self._half = _boxes(context, reach)
         self._step = (self._metres_per_frame(context.scenario) / reach).astype(np.float32)[:, None]
@@ -69,51 +75,50 @@ class PlacedPhantoms(View):
     def begin(self, mask: np.ndarray) -> None:
         self.place[mask], self.silent[mask] = 0.0, PATIENCE
 
-    def over_fov(self, choices: np.ndarray) -> np.ndarray:
-        """Places [W, n, P, 2] in REACH radii for choices in [-1, 1] over the FOV's box, as raw actions are
-        scaled; none beyond its radius.
+    def over_fov(self, x: np.ndarray, y: np.ndarray) -> Places:
+        """Places complex64[W, n, P] for x and y in [-1, 1] over the FOV's box, as raw actions are scaled;
+        none beyond its radius.
         """
-        place = self._middle + self._half * choices
-        length = np.sqrt(np.square(place[..., 0]) + np.square(place[..., 1]))
-        return place / np.maximum(1.0, np.float32(REACH) * length)[..., None]
+        place: Places = np.empty(x.shape, dtype=np.complex64)
+        place.real = self._middle.real + self._half.real * x
+        place.imag = self._middle.imag + self._half.imag * y
+        place /= np.maximum(np.float32(1.0), np.float32(REACH) * np.abs(place))
+        return place
 
-    def move(self, pointed: np.ndarray, reported: np.ndarray) -> None:
-        """A frame on: at most a step toward pointed[W, n, P, 2]; those that are gone appear there."""
+    def move(self, pointed: Places, reported: np.ndarray) -> None:
+        """A frame on: at most a step toward pointed[W, n, P]; those that are gone appear there."""
         way = pointed - self.place
-        length = np.sqrt(np.square(way[..., 0]) + np.square(way[..., 1]))
-        share = np.minimum(1.0, self._step / np.maximum(length, np.float32(1e-9)))
+        share = self._step / np.maximum(np.abs(way), self._step)
         share[self.silent == PATIENCE] = 1.0
-        self.place += share[..., None] * way
+        self.place += share * way
         self.silent[...] = np.where(reported, np.int8(0), np.minimum(self.silent + np.int8(1), PATIENCE))
 
     def actions(self, suppress: np.ndarray) -> np.ndarray:
         """Raw actions float32[W, n, A]: the phantoms that are not silent, and suppress[W, n, D]."""
         w, n, phantoms = self.silent.shape
-        slots = np.empty((w, n, phantoms, 3), dtype=np.float32)
-        slots[..., 0] = self.silent == 0
-        slots[..., 1:] = (self.place - self._middle) / self._half
         out = np.zeros((w, n, self._action_size), dtype=np.float32)
-        out[..., : 3 * phantoms] = slots.reshape(w, n, -1)
+        out[..., 0 : 3 * phantoms : 3] = self.silent == 0
+        out[..., 1 : 3 * phantoms : 3] = (self.place.real - self._middle.real) / self._half.real
+        out[..., 2 : 3 * phantoms : 3] = (self.place.imag - self._middle.imag) / self._half.imag
         out[..., self._suppressions] = suppress
         return out
 
-    def detections(self, observations: np.ndarray) -> np.ndarray:
-        """Own detections [W, n, D, 2], relative to the agent, in REACH radii."""
-        return observations[..., self._detections].reshape(*observations.shape[:2], -1, 2)
+    def detections(self, observations: np.ndarray) -> Places:
+        """Places complex64[W, n, D] of the own detections; 0 where there is none."""
+        return np.ascontiguousarray(observations[..., self._detections]).view(np.complex64)
 
     def remember(self, out: np.ndarray) -> None:
-        w, n, phantoms = self.silent.shape
-        state = np.empty((w, n, phantoms, 3), dtype=np.float32)
-        state[..., :2] = self.place * (self.silent < PATIENCE)[..., None]
-        state[..., 2] = np.float32(1.0) - self.silent * np.float32(1.0 / PATIENCE)
-        out[...] = state.reshape(w, n, -1)
+        there = self.silent < PATIENCE
+        out[..., 0::3] = self.place.real * there
+        out[..., 1::3] = self.place.imag * there
+        out[..., 2::3] = np.float32(1.0) - self.silent * np.float32(1.0 / PATIENCE)
 
 
-def _boxes(context: PolicyContext, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Middle and half size [n, 1, 2] of the learners' FOV boxes, relative to the agent, in `reach`."""
+def _boxes(context: PolicyContext, reach: np.ndarray) -> tuple[Places, Places]:
+    """Middle and half size complex64[n, 1] of the learners' FOV boxes, relative to the agent, in `reach`."""
     headings = np.array([context.scenario.agent(int(k)).heading for k in context.agents])
     there = np.zeros_like(headings)
     pose = np.stack([there, there, np.cos(headings), np.sin(headings)], axis=-1)
-    box = Fovs.of(context.scenario, context.agents).boxes(pose)
-    low, high = box[:, None, 0::2] / reach[:, None, None], box[:, None, 1::2] / reach[:, None, None]
-    return ((low + high) / 2).astype(np.float32), ((high - low) / 2).astype(np.float32)
+    left, right, low, high = (Fovs.of(context.scenario, context.agents).boxes(pose) / reach[:, None]).T
+    middle, half = (left + right + 1j * (low + high)) / 2, (right - left + 1j * (high - low)) / 2
+    return middle.astype(np.complex64)[:, None], half.astype(np.complex64)[:, None]

@@ -27,9 +27,10 @@ class Learners:
     """The learners of a `VectorEnv`, I = W n of them: index i = w n + a, for learner a of world w.
 
     scenario, defense, num_worlds, max_cycles, threads: as of `VectorEnv`; knowledge: another level than the
-    scenario's; view: what their actions mean (`agents.views`); learner_role: all its agents learn, or
-    the name of the only one that does; others: policies of the other agents by role or name, honest where none is given;
-    stagger: the worlds' first episodes end at different frames, so that later ones do not all end at once.
+    scenario's; view: what their actions mean (`agents.views`); learner_role: all its agents learn, or the
+    name of the only one that does; others: policies of the other agents by role or name, honest where none is
+    given; stagger: the worlds' first episodes end at different frames, so that later ones do not all end at
+    once.
 
     An episode ends by truncation, at the horizon, and (with `autoreset`) its world begins the next one in the
     same step.
