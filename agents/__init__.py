@@ -86,6 +86,11 @@ def build_policy(policy: Any) -> PolicyLike:
 
 def parse_policy(text: str) -> Spec:
     """As `trust_env.spec.parse`, but a training run, `runs/a`, is `learned(path='runs/a')`."""
+    if text.strip().startswith("search("):
+        raise ValueError(
+            f"{text}: a search has to be run before it can be played; expected what `trust-env exploit` or "
+            "`training.search` has found, such as false_positive(n=2)"
+        )
     return Spec("learned", {"path": text.strip()}) if is_run(text) else parse(text)
 
 

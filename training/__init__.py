@@ -16,9 +16,10 @@ if TYPE_CHECKING:
     from training.conform import conform as conform
     from training.evaluate import evaluate as evaluate
     from training.reproduce import reproduce as reproduce
+    from training.search import search as search
     from training.train import train as train
 
-__all__ = ["benchmark", "conform", "evaluate", "reproduce", "train"]
+__all__ = ["benchmark", "conform", "evaluate", "reproduce", "search", "train"]
 
 
 def __getattr__(name: str) -> Any:
