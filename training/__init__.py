@@ -15,11 +15,12 @@ if TYPE_CHECKING:
     from training.benchmark import benchmark as benchmark
     from training.conform import conform as conform
     from training.evaluate import evaluate as evaluate
+    from training.exploit import exploit as exploit
     from training.reproduce import reproduce as reproduce
     from training.search import search as search
     from training.train import train as train
 
-__all__ = ["benchmark", "conform", "evaluate", "reproduce", "search", "train"]
+__all__ = ["benchmark", "conform", "evaluate", "exploit", "reproduce", "search", "train"]
 
 
 def __getattr__(name: str) -> Any:

@@ -184,4 +184,5 @@ COMMANDS: dict[str, Callable[..., int | None]] = {
     "conform": conform,
     "benchmark": benchmark,
     "train": learning_commands.train,
+    "exploit": learning_commands.exploit,
 }

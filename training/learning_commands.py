@@ -66,6 +66,69 @@ def train(
     return 0
 
 
+def exploit(
+    scenario: Annotated[str, arg(help="name, name(field=value, ...), or a YAML file")] = "patrol",
+    defense: Annotated[str, arg(help="what is exploited: trust, my_file.py:MyDefense")] = "trust",
+    attack: Annotated[
+        str | None,
+        arg(
+            help="attacks with commas, search(false_positive) among them; default: all, as they are and tuned"
+        ),
+    ] = None,
+    steps: Annotated[int | None, arg(help="frames of all learners in a training run")] = None,
+    seeds: Annotated[int, arg(help="training runs, of seed 0 and on; 0: none")] = 3,
+    generations: Annotated[int, arg(help="of a search")] = 8,
+    population: Annotated[int, arg(help="attacks in a generation of a search")] = 24,
+    search_episodes: Annotated[int, arg(help="in which a search plays each attack")] = 32,
+    episodes: Annotated[int, arg(help="held-out episodes, the same ones for all")] = 200,
+    seed: Annotated[int, arg(help="seed of the held-out episodes")] = 0,
+    out: Annotated[Path | None, arg(help="folder for all parts, new or empty")] = None,
+    resume: Annotated[bool, arg(help="continue what was begun in --out")] = False,
+    knowledge: Annotated[
+        Literal["own", "poses", "picture", "white_box"] | None, arg(help="what agents observe")
+    ] = None,
+    config: Annotated[Path | None, arg(help="YAML file for the training runs, as in train")] = None,
+    settings: Annotated[
+        Assigned,
+        arg(name="set", metavar="FIELD=VALUE", help="a field of the training configuration; repeatable"),
+    ] = (),
+    as_json: Json = False,
+) -> int:
+    """Tune and train attacks against a defense; the worst of each kind, and a row to quote."""
+    from rich.console import Console
+
+    from training.commands import settings_of
+    from training.exploit import exploit as run
+
+    if out is None:
+        raise ValueError("exploit: expected --out, a new or empty folder for all that it finds")
+    try:
+        found = run(
+            scenario,
+            defense,
+            out,
+            attack,
+            steps,
+            seeds,
+            episodes,
+            seed,
+            knowledge,
+            {"generations": generations, "population": population, "episodes": search_episodes},
+            config,
+            settings_of(settings),
+            resume,
+        )
+    except (KeyboardInterrupt, OSError):
+        if (out / "parts.json").is_file():
+            print(f"trust-env: the finished parts are in {out}; --resume continues", file=sys.stderr)
+        raise
+    if as_json:
+        print(json.dumps(found.to_dict(), indent=2, allow_nan=False))
+    else:
+        found.print(Console())
+    return 0
+
+
 def policies_of(texts: tuple[str, ...]) -> dict[str, str]:
     """{"benign": "honest"} from benign=honest."""
     found: dict[str, str] = {}

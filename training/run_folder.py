@@ -66,13 +66,7 @@ class RunFolder:
             there, cells = json.loads((table.schema.metadata or {})[_CONFIGURATION]), cells_of(table)
         except (pa.ArrowInvalid, KeyError, ValueError) as fault:
             raise ValueError(f"{file}: not the results of an evaluation: {fault}") from None
-        differing = list(_differences(there, self._configuration))
-        if differing:
-            raise ValueError(
-                f"{self.path}: the folder belongs to another configuration, so it cannot be resumed: "
-                + "; ".join(differing[:5])
-                + (f"; and {len(differing) - 5} more" if differing[5:] else "")
-            )
+        check_same(self.path, there, self._configuration)
         return cells
 
     def _require_space(self, episodes: int) -> None:
@@ -91,6 +85,17 @@ class RunFolder:
         )
         text = json.dumps(results.to_dict(), indent=2, allow_nan=False) + "\n"
         replace_file(self.path / SUMMARY, lambda file: file.write_text(text, encoding="utf-8"))
+
+
+def check_same(folder: Path, there: Mapping[str, Any], here: Mapping[str, Any]) -> None:
+    """ValueError, naming what differs, if a folder's configuration is not the one to go on with."""
+    differing = list(_differences(there, here))
+    if differing:
+        raise ValueError(
+            f"{folder}: the folder belongs to another configuration, so it cannot be resumed: "
+            + "; ".join(differing[:5])
+            + (f"; and {len(differing) - 5} more" if differing[5:] else "")
+        )
 
 
 def replace_file(file: Path, write: Callable[[Path], Any]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -38,16 +39,26 @@ def paired_difference(a: np.ndarray, b: np.ndarray, seed: int = 0) -> Interval |
     return _bootstrapped((a[both], b[both]), seed)
 
 
-def _bootstrapped(samples: tuple[np.ndarray, ...], seed: int) -> Interval | None:
-    """Percentile bootstrap of the first sample's IQM, less that of the second if there is one."""
-    n = len(samples[0])
+def relative_difference(a: np.ndarray, b: np.ndarray, seed: int = 0) -> Interval | None:
+    """(IQM(a) - IQM(b)) / IQM(b) of episodes of the same seed, by pairs; None also where IQM(b) is 0."""
+    both = ~(np.isnan(a) | np.isnan(b))
+    if not both.any() or interquartile_mean(b[both]) <= 0.0:
+        return None
+    return _bootstrapped((a[both], b[both]), seed, _excess)
+
+
+def _bootstrapped(
+    samples: tuple[np.ndarray, ...], seed: int, statistic: Callable[..., np.ndarray] | None = None
+) -> Interval | None:
+    """Percentile bootstrap; by default of the first sample's IQM, less that of the second if there is one."""
+    n, statistic = len(samples[0]), statistic or _statistic
     if n == 0:
         return None
-    value = float(_statistic(*samples))
+    value = float(statistic(*samples))
     if n == 1:  # nothing to draw from
         return Interval(value, value, value)
     found = bootstrap(
-        samples, _statistic, paired=True, vectorized=True, confidence_level=CONFIDENCE, method="percentile",
+        samples, statistic, paired=True, vectorized=True, confidence_level=CONFIDENCE, method="percentile",
         batch=max(1, _BATCH_NUMBERS // n), rng=np.random.default_rng(seed),
     ).confidence_interval  # fmt: skip
     return Interval(value, float(found.low), float(found.high))
@@ -56,3 +67,8 @@ def _bootstrapped(samples: tuple[np.ndarray, ...], seed: int) -> Interval | None
 def _statistic(*samples: np.ndarray, axis: int = -1) -> np.ndarray:
     means = [interquartile_mean(sample, axis) for sample in samples]
     return means[0] - means[1] if len(means) > 1 else means[0]
+
+
+def _excess(a: np.ndarray, b: np.ndarray, axis: int = -1) -> np.ndarray:
+    less = interquartile_mean(b, axis)
+    return (interquartile_mean(a, axis) - less) / np.maximum(less, np.finfo(float).tiny)
