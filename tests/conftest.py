@@ -10,6 +10,8 @@ os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 os.environ.setdefault("SDL_AUDIODRIVER", "dummy")
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 os.environ.setdefault("MPLBACKEND", "agg")
+# The processes of the tests share the cores: PyTorch's threads would wait for one another.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 EXTRAS = {
     "train": ("torch", "stable_baselines3", "tensorboard"),
@@ -17,6 +19,7 @@ EXTRAS = {
     "render": ("pygame",),
     "bench": ("mpe2", "stonesoup"),
     "ray": ("ray",),
+    "clients": ("ray", "torchrl", "tianshou", "supersuit", "stable_baselines3"),
 }
 
 

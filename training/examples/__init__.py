@@ -1,0 +1,70 @@
+"""trust-env in other people's training libraries: one file each, run as `python -m training.examples.rllib`.
+
+Each trains for a few updates, so that it runs in seconds, then plays what it has trained and reports the
+damage by the environment's own metrics. To train in earnest, raise `--updates` and the sizes of the batches.
+AgileRL and BenchMARL need environments of their own: see their files.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from agents import Player, Policy
+from trust_env import vector_env
+from trust_env.metrics import EpisodeMetrics
+
+Choose = Callable[[np.ndarray], Any]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What an example has to show: the loss of every update, by how much the weights of each network have
+    changed (float[P]), and the damage per frame that the trained agents do.
+    """
+
+    library: str
+    losses: Sequence[float]
+    changes: Mapping[str, np.ndarray]
+    damage: float
+
+    def __str__(self) -> str:
+        moved = ", ".join(f"{name} {np.linalg.norm(change):.3g}" for name, change in self.changes.items())
+        losses = f"{len(self.losses)} updates, loss {self.losses[0]:.3g} -> {self.losses[-1]:.3g}"
+        return f"{self.library}: {losses}; weights moved: {moved}; damage {self.damage:.2f} per frame"
+
+
+class Trained(Policy):
+    """A trained network as a policy: choose(observations[B, O]) -> actions[B, A]."""
+
+    name = "trained"
+
+    def __init__(self, choose: Choose):
+        self._choose = choose
+
+    def act(self, observations: np.ndarray) -> np.ndarray:
+        worlds, agents, size = observations.shape
+        return np.asarray(self._choose(observations.reshape(-1, size))).reshape(worlds, agents, -1)
+
+
+def weights(network: Any) -> np.ndarray:
+    """All parameters of a PyTorch module, float[P], copied."""
+    return np.concatenate([parameter.detach().numpy().ravel() for parameter in network.parameters()])
+
+
+def damage(policies: Mapping[str, Choose], scenario: Any, defense: Any, episodes: int = 20) -> float:
+    """Damage per frame, mean over episodes, that trained networks do, given by role or agent; whoever is not
+    named is honest.
+    """
+    venv = vector_env(scenario, defense, episodes, autoreset=False)
+    metrics = EpisodeMetrics(venv)
+    player = Player(venv, {who: Trained(choose) for who, choose in policies.items()})
+    observations, _ = venv.reset(seed=1_000_000)
+    for _ in range(venv.max_cycles):
+        observations, *_, info = venv.step(player.actions(observations))
+        metrics.update(info)
+    venv.close()
+    return float(metrics.result()["damage_per_frame"].mean())
