@@ -20,7 +20,7 @@ from rich.text import Text
 import trust_env
 from training.screen import number
 from training.screen import progress as progress_bar
-from training.speed import peers, startup, subjects
+from training.speed import learning, peers, startup, subjects
 from training.speed.stopwatch import Run, Spread, measure, ratio
 from trust_env.vector import VectorEnv
 
@@ -28,6 +28,7 @@ MPE2, FACE = "mpe2 simple_spread_v3, 3 agents", "case1, PettingZoo face"
 BATCH = "trio, 256 worlds, two threads"
 CENTRE, NUMPY = "trio's centre, frame by frame", "the same in plain NumPy"
 STONESOUP = "Stone Soup GNN, central tracker only"
+TRAIN, ZERO_COST = "train on patrol, learners", "the same by SB3 where worlds cost nothing"
 CROWDED = ("patrol", "crowd")
 WORLDS, THREADS, CROWDED_WORLDS = 256, 2, 32
 
@@ -36,6 +37,7 @@ WANTED: dict[tuple[str, str], tuple[float | None, float | None]] = {
     (BATCH, MPE2): (60, 90),
     (CENTRE, NUMPY): (300, None),
     (CENTRE, STONESOUP): (None, None),
+    (TRAIN, ZERO_COST): (0.75, None),
 }
 """Ratios, ours to peer: what is wanted at least, and what is aimed at."""
 
@@ -138,7 +140,7 @@ def benchmark(quick: bool = False, progress: bool = True, seconds: float | None 
     ratios = [
         Ratio(ours, peer, ratio(rates, ours, peer), *WANTED[ours, peer])
         for ours, peer in WANTED
-        if peer in rates
+        if ours in rates and peer in rates
     ]
     loads = [_load(venv, rates[_crowded_name(name)]) for name, venv in crowded.items()]
     spreads = {name: Spread.of(values) for name, values in rates.items()}
@@ -157,6 +159,8 @@ def _subjects() -> tuple[dict[str, Run], dict[str, VectorEnv], dict[str, str]]:
         NUMPY: lambda: peers.oracle_subject(recorded),
         CENTRE: lambda: subjects.centre_subject(recorded),
         STONESOUP: lambda: peers.stonesoup_subject(recorded),
+        ZERO_COST: learning.zero_cost_subject,
+        TRAIN: learning.train_subject,
     } | {
         _crowded_name(name): (lambda venv=venv: subjects.vector_subject(venv))
         for name, venv in crowded.items()

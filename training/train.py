@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import csv
-import os
 import signal
 import sys
 import threading
@@ -25,11 +24,6 @@ from trust_env.scenario import load_scenario
 if TYPE_CHECKING:
     from training.learning.session import Session
     from training.learning.training_folder import TrainingFolder
-
-# Threads of torch that wait in a loop for each other are twenty times slower when another process needs their
-# core; it reads this when it is first imported.
-os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
-
 
 @dataclass(frozen=True)
 class TrainingRun:
@@ -88,7 +82,9 @@ def train(
         folder = TrainingFolder.open(resume)
     else:
         folder = _begin(scenario, config, given, out)
-    with folder.alone():
+    from training.learning.ppo import own_torch
+
+    with folder.alone(), own_torch(folder.configuration().threads):
         return _continue(folder, progress)
 
 

@@ -86,7 +86,7 @@ def _packed(value: Any, arrays: list[np.ndarray]) -> Any:
     match value:
         case None | bool() | str():
             return value
-        case np.ndarray() if value.dtype.kind in "biuf":
+        case np.ndarray() if value.dtype.kind in "biufc":
             arrays.append(value)
             return {_KIND: "array", "index": len(arrays) - 1}
         case bytes():

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import random
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -109,29 +110,30 @@ class LearnersPPO(PPO):
 
 def build_ppo(config: Configuration, learners: LearnersVecEnv) -> LearnersPPO:
     """The algorithm as configured, at its first step; seeds all random number generators."""
-    settings, network = config.ppo.model_dump(), config.network
-    rates = settings.pop("learning_rate"), settings.pop("final_learning_rate")
     env = VecNormalize(
         learners,
         norm_obs=config.normalise.observations,
         norm_reward=config.normalise.rewards,
         gamma=config.ppo.gamma,
     )
-    model = LearnersPPO(
-        "MlpPolicy",
-        env,
-        learning_rate=LinearSchedule(*rates, end_fraction=1.0),
-        policy_kwargs={
+    model = LearnersPPO("MlpPolicy", env, seed=config.seed, **ppo_settings(config))
+    learners.seed(config.world_seed)  # after the algorithm, which seeds its environments as itself
+    return model
+
+
+def ppo_settings(config: Configuration) -> dict[str, Any]:
+    """What is configured, as Stable-Baselines3 takes it."""
+    settings, network = config.ppo.model_dump(), config.network
+    rates = settings.pop("learning_rate"), settings.pop("final_learning_rate")
+    return settings | {
+        "learning_rate": LinearSchedule(*rates, end_fraction=1.0),
+        "policy_kwargs": {
             "net_arch": list(network.layers),
             "activation_fn": ACTIVATIONS[network.activation],
             "log_std_init": network.log_std,
         },
-        seed=config.seed,
-        device="cpu",
-        **settings,
-    )
-    learners.seed(config.world_seed)  # after the algorithm, which seeds its environments as itself
-    return model
+        "device": "cpu",
+    }
 
 
 def _environments(model: PPO) -> tuple[VecNormalize, LearnersVecEnv]:
@@ -151,6 +153,18 @@ def _set_statistics(env: VecNormalize, found: Mapping[str, Any]) -> None:
     vars(env.ret_rms).update(found["rewards"])
     if env.norm_obs:
         vars(env.obs_rms).update(found["observations"])
+
+
+@contextlib.contextmanager
+def own_torch(threads: int) -> Iterator[None]:
+    """While the block runs, torch has so many threads; the random generators of others end as they began."""
+    random_state, before = get_random_state(), th.get_num_threads()
+    th.set_num_threads(threads)
+    try:
+        yield
+    finally:
+        th.set_num_threads(before)
+        set_random_state(random_state)
 
 
 def get_random_state() -> dict[str, Any]:

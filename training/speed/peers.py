@@ -24,7 +24,7 @@ class Missing(Exception):
 
 def mpe2_subject() -> Run:
     """Steps of mpe2's simple_spread_v3 with three agents, resets included: what users of PettingZoo know."""
-    _require("mpe2", "the extra `bench`")
+    require("mpe2", "the extra `bench`")
     from mpe2 import simple_spread_v3
 
     env: Any = simple_spread_v3.parallel_env(N=3)
@@ -87,7 +87,7 @@ def _load_oracle() -> Any:
 
 def stonesoup_subject(recorded: Recorded) -> Run:
     """Stone Soup's Kalman filter with global nearest neighbour, the central tracker only, agent by agent."""
-    _require("stonesoup", "the extra `bench`")
+    require("stonesoup", "the extra `bench`")
     scans = len(recorded.scenario.agent_names)
 
     def run(frames: int) -> None:
@@ -153,7 +153,8 @@ class _Scans:
                 yield now, set(found)
 
 
-def _require(module: str, extra: str) -> None:
+def require(module: str, extra: str) -> None:
+    """Raises `Missing` where a module cannot be imported."""
     try:
         importlib.import_module(module)
     except ImportError:

@@ -9,8 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-Run = Callable[[int], None]
-"""Runs so many frames."""
+Run = Callable[[int], int | None]
+"""Runs so many frames, or more and then says how many."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,8 @@ def measure(
     rates: dict[str, list[float]] = {name: [] for name in subjects}
     for _ in range(repetitions):
         for name, run in subjects.items():
-            rates[name].append(frames[name] / _time(run, frames[name]))
+            done, taken = _time(run, frames[name])
+            rates[name].append(done / taken)
             advance(1)
     return rates
 
@@ -59,20 +60,20 @@ def ratio(rates: Mapping[str, Sequence[float]], ours: str, peer: str) -> Spread:
 def _frames_in(run: Run, seconds: float) -> int:
     """How many frames fit into so many seconds, at least one; everything is warm after that."""
     run(1)
-    frames, taken = 1, _time(run, 1)
+    done, taken = _time(run, 1)
     while taken < seconds / 4:
-        frames *= 2
-        taken = _time(run, frames)
-    return max(1, round(frames * seconds / taken))
+        done, taken = _time(run, 2 * done)
+    return max(1, round(done * seconds / taken))
 
 
-def _time(run: Run, frames: int) -> float:
+def _time(run: Run, frames: int) -> tuple[int, float]:
+    """How many frames it ran, and the seconds that they took."""
     collecting = gc.isenabled()
     gc.disable()
     try:
         start = time.perf_counter()
-        run(frames)
-        return time.perf_counter() - start
+        done = run(frames)
+        return done or frames, time.perf_counter() - start
     finally:
         if collecting:
             gc.enable()
