@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 from kernels import entry
-from scipy import stats
+from scipy import special, stats
 
 from trust_env.core import random
 from trust_env.core.random import Key, uniforms
@@ -32,7 +32,14 @@ def run_uniform_pairs(seed, world, episode, stream, frame, first, out):
 @entry
 def run_normal_pairs(seed, world, episode, stream, frame, first, out):
     for i in range(out.shape[0]):
-        out[i, 0], out[i, 1] = random.normal_pair(Key(seed, world, episode), stream, frame, first + i)
+        first_word, second_word, _, _ = random.words(Key(seed, world, episode), stream, frame, first + i)
+        out[i, 0], out[i, 1] = random.normal(first_word), random.normal(second_word)
+
+
+@entry
+def run_normal(words, out):
+    for i in range(out.shape[0]):
+        out[i] = random.normal(words[i])
 
 
 @entry
@@ -114,7 +121,7 @@ def test_every_part_of_the_key_matters():
         "seed": [1, 2, 1 + 2**32, 1 + 2**62],
         "world": [0, 1, 2**16, 2**32 - 1],
         "episode": [0, 1, 2**16, 2**32 - 1],
-        "stream": list(range(9)),
+        "stream": list(range(8)),
         "frame": [0, 1, 2**16, 2**31],
         "first": [0, 1, 2**12, 2**24 - 1],
     }
@@ -124,11 +131,12 @@ def test_every_part_of_the_key_matters():
 
 
 def test_no_two_streams_share_their_numbers():
-    assert (
-        len({getattr(random, name) for name in dir(random) if name.isupper() and name[0] != "_"} - {0}) >= 8
-    )
-    blocks = [draws(run_uniform_pairs, 500, stream=s)[:, 0] for s in range(9)]
-    assert len(np.unique(np.concatenate(blocks))) == 9 * 500
+    streams = {
+        getattr(random, name) for name in dir(random) if name.isupper() and len(name) > 1 and name[0] != "_"
+    }
+    assert streams == set(range(8))
+    blocks = [draws(run_uniform_pairs, 500, stream=s)[:, 0] for s in streams]
+    assert len(np.unique(np.concatenate(blocks))) == 8 * 500
 
 
 @pytest.mark.core
@@ -178,6 +186,18 @@ def test_normals_are_normal(normal_sample):
             assert abs(moment - expected) < 4 * error
     # The radius of a pair of independent normals has a chi distribution with two degrees of freedom.
     assert stats.kstest(np.hypot(*normal_sample.T), "chi", args=(2,)).pvalue > 1e-3
+
+
+@pytest.mark.core
+@pytest.mark.nojit
+def test_normals_invert_the_distribution_as_scipy_does():
+    edges = [0, 1, 2, 2**31 - 1, 2**31, MASK - 1, MASK, int(0.075 * 2**32), int(0.075 * 2**32) - 1]
+    words = np.array(edges + np.random.default_rng(0).integers(0, 2**32, 2000).tolist(), dtype=np.uint64)
+    out = np.empty(len(words))
+    run_normal(words, out)
+    expected = special.ndtri((words.astype(np.float64) + 0.5) / 2**32)
+    np.testing.assert_allclose(out, expected, rtol=1e-14, atol=1e-15)
+    assert out[0] == -out[6] and np.abs(out).max() < 6.5
 
 
 @pytest.mark.parametrize("mean", [1e-6, 0.3, 1.0, 4.5, 38.0])

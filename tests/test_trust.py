@@ -320,10 +320,11 @@ def test_the_centre_alone_does_what_it_does_in_the_environment(defense):
     env = trust_env.vector_env(POLYGONS, defense, num_worlds=1)
     centre = trust_env.FusionCentre(POLYGONS, defense)
     env.reset(seed=3)
-    rng = np.random.default_rng(3)
+    rng, shown = np.random.default_rng(3), 0
     for _ in range(60):
         poses = env.arrays.pose[0].copy()
         env.step(rng.uniform(-1, 1, env.arrays.action.shape))
+        shown += env.arrays.published[0].sum()
         counts = env.arrays.report_count[0]
         frame = centre.update([env.arrays.reports[0, k, : counts[k]] for k in range(3)], poses=poses)
         a = env.arrays
@@ -338,7 +339,7 @@ def test_the_centre_alone_does_what_it_does_in_the_environment(defense):
         np.testing.assert_array_equal(frame.agent_trust, a.agent_trust[0])
         assert frame.existence == pytest.approx(1 / (1 + np.exp(-frame.scores)))
         assert set(frame.picture_id) == set(a.track_id[0, a.published[0]])
-    assert env.arrays.published[0].any()
+    assert shown > 0
 
 
 @pytest.mark.core

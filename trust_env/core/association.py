@@ -18,13 +18,15 @@ NONE = -1
 @compiled
 def most_pairs_then_least_cost(world, rows, columns):
     """Assign as many pairs as possible, and among such assignments the one of least total cost."""
+    if not _assign_unrivalled(world, rows, columns, np.inf):
+        return
     start, cost = ints1(world, F.pair_start), floats1(world, F.pair_cost)
     low, high = np.inf, -np.inf
     for p in range(start[rows]):
         low, high = min(low, cost[p]), max(high, cost[p])
     for p in range(start[rows]):
         cost[p] -= low  # changes every assignment of the same size alike
-    assign(world, rows, columns, (high - low + 1.0) * (rows + 1.0))
+    _solve_rivals(world, rows, columns, (high - low + 1.0) * (rows + 1.0))
 
 
 @compiled
@@ -33,28 +35,33 @@ def assign(world, rows, columns, unassigned_cost):
 
     Results: `row_column[rows]` and `column_row[columns]`, -1 where unassigned.
     """
+    if _assign_unrivalled(world, rows, columns, unassigned_cost):
+        _solve_rivals(world, rows, columns, unassigned_cost)
+
+
+@compiled
+def _assign_unrivalled(world, rows, columns, unassigned_cost):
+    """Assign the rows and columns that only have each other; returns whether there are others."""
     start, pair_column, degree = (
         ints1(world, F.pair_start),
         ints1(world, F.pair_column),
         ints1(world, F.column_degree),
     )
     row_column, column_row = ints1(world, F.row_column), ints1(world, F.column_row)
+    cost, rivals = floats1(world, F.pair_cost), 0
     for c in range(columns):
         degree[c], column_row[c] = 0, NONE
-    for r in range(rows):
-        row_column[r] = NONE
     for p in range(start[rows]):
         degree[pair_column[p]] += 1
-    rivals = 0
     for r in range(rows):
-        pairs = start[r + 1] - start[r]
-        if pairs == 1 and degree[pair_column[start[r]]] == 1:
-            if floats1(world, F.pair_cost)[start[r]] < unassigned_cost:
-                row_column[r], column_row[pair_column[start[r]]] = pair_column[start[r]], r
+        row_column[r] = NONE
+        pairs, first = start[r + 1] - start[r], start[r]
+        if pairs == 1 and degree[pair_column[first]] == 1:
+            if cost[first] < unassigned_cost:
+                row_column[r], column_row[pair_column[first]] = pair_column[first], r
         else:
             rivals += pairs
-    if rivals > 0:
-        _solve_rivals(world, rows, columns, unassigned_cost)
+    return rivals > 0
 
 
 @compiled

@@ -34,6 +34,7 @@ def gather_evidence(world):
     status = ints1(world, F.track_status)
     expected, detected, held = flags2(world, F.expected), flags2(world, F.detected), flags2(world, F.held)
     mean = floats2(world, F.track_mean)
+    listed = list_confirmed(world)
     for k in range(shape0(world, F.pose)):
         for j in range(whole(world, F.columns)):
             held[k, j] = False
@@ -41,7 +42,7 @@ def gather_evidence(world):
             detected[k, j] = (status[j] != EMPTY) & _is_near(world, k, j)
         for j in range(whole(world, F.columns), expected.shape[1]):
             expected[k, j], detected[k, j], held[k, j] = False, False, False
-        _match_local_tracks(world, k)
+        _match_local_tracks(world, k, listed)
 
 
 @compiled
@@ -51,7 +52,8 @@ def _is_near(world, k, j):
     """
     mean = floats2(world, F.track_mean)[j]
     points = floats3(world, F.reports)[k]
-    xx, xy, yy, det = innovation_cov(floats3(world, F.track_cov)[j], floats3(world, F.noise_cov)[k], 1.0)
+    noise = floats3(world, F.noise_cov)[k]
+    xx, xy, yy, det = innovation_cov(floats3(world, F.track_cov)[j], noise[0, 0], noise[0, 1], noise[1, 1])
     gate, near = real(world, F.gate), real(world, F.near_distance)
     limit, found = gate * det, False
     for d in range(ints1(world, F.report_count)[k]):
@@ -62,7 +64,7 @@ def _is_near(world, k, j):
 
 
 @compiled
-def _match_local_tracks(world, k):
+def _match_local_tracks(world, k, listed):
     """`held`: one-to-one assignment of confirmed central tracks to k's confirmed local tracks within
     `hold_distance`.
     """
@@ -73,7 +75,6 @@ def _match_local_tracks(world, k):
     )
     columns, local_status = ints1(world, F.listing), ints2(world, F.local_status)[k]
     central, local = floats2(world, F.track_mean), floats3(world, F.local_mean)[k]
-    listed = list_confirmed(world)
     reach, rows, pairs = real(world, F.hold_distance), 0, 0
     for a in range(n_columns(world, k)):
         if local_status[a] != CONFIRMED:
@@ -82,10 +83,12 @@ def _match_local_tracks(world, k):
         for c in range(listed):
             dx, dy = local[a, 0] - central[columns[c], 0], local[a, 1] - central[columns[c], 1]
             squared = dx * dx + dy * dy
-            pair_column[pairs], cost[pairs] = c, math.sqrt(squared)
+            pair_column[pairs], cost[pairs] = c, squared
             pairs += int(squared <= reach * reach)
         rows += 1
     start[rows] = pairs
+    for p in range(pairs):
+        cost[p] = math.sqrt(cost[p])
     most_pairs_then_least_cost(world, rows, listed)
     held, column_row = flags2(world, F.held), ints1(world, F.column_row)
     for c in range(listed):

@@ -1,5 +1,5 @@
-"""How kernels are compiled: without fast-math (it breaks `isnan`), without Python errors inside, releasing
-the interpreter lock.
+"""How kernels are compiled: of fast-math only what keeps `isnan` and the order of sums (fused multiply-add,
+reciprocals), without Python errors inside, releasing the interpreter lock.
 """
 
 from __future__ import annotations
@@ -14,12 +14,21 @@ from pathlib import Path
 from typing import Any
 
 import numba
+from numba.core import config
 from numba.core.codegen import JITCodeLibrary
 from numba.core.registry import cpu_target
 from numba.core.types import unliteral
+from numba.cpython import slicing
 
-_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
-_JIT_OFF = bool(numba.config.DISABLE_JIT)  # pyright: ignore[reportAttributeAccessIssue, reportPrivateImportUsage]
+_OPTIONS: dict[str, Any] = {
+    "fastmath": {"contract", "arcp"},
+    "nogil": True,
+    "error_model": "numpy",
+    "no_cfunc_wrapper": True,
+    "_nrt": False,
+}
+_CONFIG: Any = config
+_JIT_OFF = bool(_CONFIG.DISABLE_JIT)
 
 
 def compiled(function: Any, inlined: bool = False) -> Any:
@@ -27,7 +36,7 @@ def compiled(function: Any, inlined: bool = False) -> Any:
 
     Three things keep the first start short. Constant arguments make no versions of their own; nothing is
     generated for calls from Python; and a kernel is only translated here, to be optimised once with the whole
-    entry that it is linked into.
+    entry that it is linked into. An index counts from the start only: -1 is out of range, not the last.
     """
     options: dict[str, Any] = {**_OPTIONS, "no_cpython_wrapper": True, "forceinline": inlined}
     kernel = numba.njit(**options)(function)
@@ -72,12 +81,13 @@ class _LinkOnlyLibrary(JITCodeLibrary):
 def _linking_only() -> Iterator[None]:
     context: Any = cpu_target.target_context
     codegen = context.codegen()
-    outer = codegen._library_class, codegen.set_env
+    outer = codegen._library_class, codegen.set_env, slicing.fix_index
     codegen._library_class, codegen.set_env = _LinkOnlyLibrary, lambda *_: None
+    slicing.fix_index = lambda builder, index, size: index  # instead of adding the size below 0
     try:
         yield
     finally:
-        codegen._library_class, codegen.set_env = outer
+        codegen._library_class, codegen.set_env, slicing.fix_index = outer
 
 
 _PACKAGE = Path(__file__).resolve().parents[1]
@@ -89,12 +99,21 @@ def source_stamp() -> str:
     Numba looks at a kernel's own file only when it decides whether its cache is fresh; an edited callee would
     go unnoticed, and so would NUMBA_BOUNDSCHECK.
     """
-    checked = numba.config.BOUNDSCHECK  # pyright: ignore[reportAttributeAccessIssue, reportPrivateImportUsage]
-    digest = hashlib.sha256(f"{numba.__version__} {checked}".encode())
+    digest = hashlib.sha256(f"{numba.__version__} {_CONFIG.BOUNDSCHECK}".encode())
     homes = [*(_PACKAGE / "core").glob("*.py"), *(_PACKAGE / "defenses").glob("*.py")]
     for path in sorted([*homes, *(_PACKAGE / name for name in ("engine.py", "observation.py", "reward.py"))]):
         digest.update(path.read_bytes())
     return digest.hexdigest()
+
+
+@contextmanager
+def _short_loops() -> Iterator[None]:
+    """Loops over a handful of tracks gain nothing from vectors: without, they are compiled sooner."""
+    outer, _CONFIG.LOOP_VECTORIZE = _CONFIG.LOOP_VECTORIZE, 0
+    try:
+        yield
+    finally:
+        _CONFIG.LOOP_VECTORIZE = outer
 
 
 class Entry:
@@ -123,7 +142,8 @@ class Entry:
         start, collecting = time.perf_counter(), gc.isenabled()
         gc.disable()  # a compiler makes few cycles and very many objects
         try:
-            result = self.kernel(*args)
+            with _short_loops():
+                result = self.kernel(*args)
         finally:
             if collecting:
                 gc.enable()

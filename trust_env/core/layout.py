@@ -107,7 +107,7 @@ SCRATCH_FIELDS = {
     "row_column": "i8 R", "column_row": "i8 C", "column_degree": "i8 C",
     "row_potential": "f8 R", "column_potential": "f8 C",
     "path_cost": "f8 C", "path_row": "i8 C", "touched": "i8 C", "done": "b1 C",
-    "scan_geometry": "f8 C 6", "scan_columns": "i8 C", "scan_inside": "b1 C", "scan_gain": "f8 C",
+    "scan_geometry": "f8 C 7", "scan_columns": "i8 C", "scan_inside": "b1 C", "scan_gain": "f8 C",
     "rank": "f8 D", "scan_assignment": "i8 R", "listing": "i8 C", "estimates": "f8 R 2", "truths": "f8 C 2",
 }  # fmt: skip
 
@@ -151,7 +151,7 @@ class Layout:
 
     def __init__(self, dims: Mapping[str, int]):
         self.dims = dict(dims)
-        self.table = np.zeros((N_FIELDS, 6), dtype=np.int64)
+        self.table = np.zeros((N_FIELDS, _LINE), dtype=np.int64)
         self.kinds: dict[str, tuple[int, int, np.dtype, tuple[int, ...]]] = {}
         sizes = [0, 0, 0]
         for index, (name, kind, buffer) in enumerate(_ALL):
@@ -187,15 +187,44 @@ def _build_array(context, builder, array_type, itemsize, address, shape):
     return array._getvalue()
 
 
+_LINE = 6  # numbers in a field's line: buffer, byte offset, shape
+
+
+def _fixed_lines() -> list[list[int]]:
+    """What is known of every field before there are any dimensions: its buffer, no offset, and those lengths
+    that the table of fields gives as numbers; -1 where it takes the dimensions to know.
+    """
+    lines = []
+    for _, kind, buffer in _ALL:
+        lengths = [int(axis) if axis.isdigit() else -1 for axis in kind.split()[1:]]
+        lines.append([buffer, -1, *lengths, 1, 1, 1, 1][:_LINE])
+    return lines
+
+
+def _fixed_table(builder):
+    """`_fixed_lines` as a constant of the module, for the compiler to read, so that the kernel need not."""
+    word, module, name = ir.IntType(64), builder.module, "trust_env.fields"
+    if name in module.globals:
+        return module.globals[name]
+    numbers = [number for line in _fixed_lines() for number in line]
+    table: Any = ir.GlobalVariable(module, ir.ArrayType(word, len(numbers)), name)
+    table.initializer = ir.Constant(table.value_type, numbers)
+    table.global_constant, table.linkage = True, "internal"
+    return table
+
+
 def _load_entry(builder, layout, field, count):
     """The first `count` numbers of a field's line in the layout; it never changes, so loads of it may be
     merged and moved.
     """
     word, constant = ir.IntType(64), builder.module.add_metadata([])
-    line = builder.gep(builder.inttoptr(layout, word.as_pointer()), [builder.mul(field, word(6))])
-    entry = [builder.load(builder.gep(line, [word(i)])) for i in range(count)]
-    for loaded in entry:
+    fixed, first = _fixed_table(builder), builder.mul(field, word(_LINE))
+    line, entry = builder.gep(builder.inttoptr(layout, word.as_pointer()), [first]), []
+    for i in range(count):
+        known = builder.load(builder.gep(fixed, [word(0), builder.add(first, word(i))]))
+        loaded = builder.load(builder.gep(line, [word(i)]))
         loaded.set_metadata("invariant.load", constant)
+        entry.append(builder.select(builder.icmp_signed(">=", known, word(0)), known, loaded))
     return entry
 
 
@@ -254,8 +283,8 @@ def _view_in_python(dtype: Any, ndim: int) -> Any:
     """The same as `_view_in_kernel` without the compiler (NUMBA_DISABLE_JIT=1)."""
 
     def view(world, field):
-        table: Any = (ctypes.c_int64 * (6 * N_FIELDS)).from_address(int(world.layout))
-        entry = np.frombuffer(table, np.int64).reshape(-1, 6)[field]
+        table: Any = (ctypes.c_int64 * (_LINE * N_FIELDS)).from_address(int(world.layout))
+        entry = np.frombuffer(table, np.int64).reshape(-1, _LINE)[field]
         shape, base = entry[2 : 2 + ndim], world[entry[0]]
         size = int(np.prod(shape)) * np.dtype(dtype).itemsize
         memory: Any = (ctypes.c_char * size).from_address(int(base + entry[1]))

@@ -14,9 +14,10 @@ from trust_env.core.random import (
     TARGET_MOTION,
     TARGET_START,
     key_of,
-    normal_pair,
+    normal,
     uniform,
     uniform_pair,
+    words,
 )
 
 DRAWN, FIXED, RECORDED = 0, 1, 2
@@ -105,8 +106,10 @@ def _drift(world, key, frame, n):
     state, dt, q = floats2(world, F.target_state), real(world, F.dt), real(world, F.target_noise)
     for axis in range(2):
         state[n, axis] += dt * state[n, 2 + axis]
-        if q > 0.0:
-            push, slip = normal_pair(key, TARGET_MOTION, frame, 2 * n + axis)
-            kick = math.sqrt(q * dt) * push
-            state[n, axis] += 0.5 * dt * kick + math.sqrt(q * dt**3 / 12.0) * slip
+    if q > 0.0:
+        push, slip = math.sqrt(q * dt), math.sqrt(q * dt * dt * dt / 12.0)
+        w0, w1, w2, w3 = words(key, TARGET_MOTION, frame, n)
+        for axis in range(2):
+            kick = push * normal(w0 if axis == 0 else w2)
+            state[n, axis] += 0.5 * dt * kick + slip * normal(w1 if axis == 0 else w3)
             state[n, 2 + axis] += kick

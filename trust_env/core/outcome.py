@@ -136,11 +136,13 @@ def _match_tracks(world, picture_only):
         for n in range(alive.shape[0]):
             dx, dy = mean[j, 0] - state[n, 0], mean[j, 1] - state[n, 1]
             squared = dx * dx + dy * dy
-            pair_column[pairs], cost[pairs] = n, math.sqrt(squared)
+            pair_column[pairs], cost[pairs] = n, squared
             pairs += int(alive[n] & (squared <= reach * reach))
         rows[listed] = j
         listed += 1
     start[listed] = pairs
+    for p in range(pairs):
+        cost[p] = math.sqrt(cost[p])
     most_pairs_then_least_cost(world, listed, alive.shape[0])
     for r in range(listed):
         track_target[rows[r]] = ints1(world, F.row_column)[r]

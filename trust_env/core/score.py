@@ -9,8 +9,6 @@ The constants of an agent, `hit_constant` = ln(P_D / (2π β_FP)) and `miss_gain
 
 from __future__ import annotations
 
-import math
-
 from trust_env.core.jit import inlined
 from trust_env.core.layout import F, real, whole
 
@@ -22,9 +20,9 @@ DELETIONS = {"drop": DROP, "relative": RELATIVE, "absolute": ABSOLUTE}
 
 
 @inlined
-def hit_gain(hit_constant, det, distance2):
-    """ΔL of a hit, Eq. 6: `det` = |S|, `distance2` = d²."""
-    return hit_constant - 0.5 * math.log(det) - 0.5 * distance2
+def hit_gain(hit_constant, log_det, distance2):
+    """ΔL of a hit, Eq. 6: `log_det` = ln|S|, `distance2` = d²."""
+    return hit_constant - 0.5 * (log_det + distance2)
 
 
 @inlined
@@ -51,7 +49,8 @@ def is_lost(world, score, peak, initial, status):
     """
     rule = whole(world, F.deletion)
     if rule == DROP:
-        return score < peak - real(world, F.confirmed_drop if status == CONFIRMED else F.tentative_drop)
+        drop = real(world, F.confirmed_drop) if status == CONFIRMED else real(world, F.tentative_drop)
+        return score < peak - drop
     if rule == RELATIVE:
         return score - initial < real(world, F.delete_threshold)
     return score < real(world, F.delete_threshold)

@@ -22,13 +22,14 @@ from trust_env.core.layout import (
 from trust_env.core.random import (
     CLUTTER_COUNT,
     DETECTION,
-    NOISE,
     PLACEMENT,
     key_of,
-    normal_pair,
+    normal,
     poisson,
     uniform,
     uniform_pair,
+    unit,
+    words,
 )
 
 CLUTTER_ORIGIN = -1  # `raw_origin` of a natural false positive; a target's is its index
@@ -86,10 +87,10 @@ def sense(world, frame):
 @compiled
 def _detect(world, key, frame, k, n):
     """Detect target n with probability P_D, with noise N(0, R_k)."""
-    index = (k << 16) | n
-    if uniform(key, DETECTION, frame, index) < floats1(world, F.p_detect)[k]:
+    chance, first, second, _ = words(key, DETECTION, frame, (k << 16) | n)
+    if unit(chance) < floats1(world, F.p_detect)[k]:
         state, factor = floats2(world, F.target_state), floats3(world, F.noise_chol)[k]
-        a, b = normal_pair(key, NOISE, frame, index)
+        a, b = normal(first), normal(second)
         _list_detection(
             world, k, state[n, 0] + factor[0, 0] * a, state[n, 1] + factor[1, 0] * a + factor[1, 1] * b, n
         )

@@ -69,7 +69,7 @@ def scan(world, tracker, k, weight):
     most_pairs_then_least_cost(world, detections, seen)
     for c in range(seen):
         if column_row[c] != NONE:
-            _hit(world, tracker, k, weight, columns[c], column_row[c])
+            _hit(world, tracker, k, weight, c, column_row[c])
         elif inside[c]:
             gain[columns[c]] = miss_gain
             score[columns[c]] += miss_gain
@@ -98,16 +98,17 @@ def _gate(world, tracker, k, weight):
     )
     columns, geometry = ints1(world, F.scan_columns), floats2(world, F.scan_geometry)
     gain, inside = floats1(world, F.scan_gain), flags1(world, F.scan_inside)
+    rxx, rxy, ryy = noise[0, 0] / weight, noise[0, 1] / weight, noise[1, 1] / weight
     farthest, seen = _farthest_detection(world, k), 0
     for j in range(n_columns(world, tracker)):
         # Written first, counted after: whether a track is listed is hard to predict, for the processor too.
         gain[j] = 0.0
-        xx, xy, yy, det = kalman.innovation_cov(cov[j], noise, weight)
+        xx, xy, yy, det = kalman.innovation_cov(cov[j], rxx, rxy, ryy)
         inside[seen] = contains(world, k, mean[j, 0], mean[j, 1])
         margin = math.sqrt(gate * (xx + yy))  # no detection within the gate is farther from the track
         reached = inside[seen] | within_reach(world, k, mean[j, 0], mean[j, 1], farthest + margin)
         geometry[seen, 0], geometry[seen, 1] = mean[j, 0], mean[j, 1]
-        geometry[seen, 2], geometry[seen, 3], geometry[seen, 4] = yy / det, -2.0 * xy / det, xx / det  # S⁻¹
+        geometry[seen, 2], geometry[seen, 3], geometry[seen, 4] = yy / det, -xy / det, xx / det  # S⁻¹
         geometry[seen, 5] = det
         columns[seen] = j
         seen += int(reached & (status[j] != EMPTY))
@@ -134,12 +135,13 @@ def _list_pairs(world, k, seen, gate):
         x, y = points[d, 0], points[d, 1]
         for c in range(seen):
             dx, dy = x - geometry[c, 0], y - geometry[c, 1]
-            distance2 = geometry[c, 2] * dx * dx + geometry[c, 3] * dx * dy + geometry[c, 4] * dy * dy
+            distance2 = geometry[c, 2] * dx * dx + 2.0 * geometry[c, 3] * dx * dy + geometry[c, 4] * dy * dy
             pair_column[pairs], cost[pairs] = c, distance2
             pairs += int(distance2 <= gate)
     start[detections] = pairs
     for p in range(pairs):
-        cost[p] += math.log(geometry[pair_column[p], 5])
+        geometry[pair_column[p], 6] = math.log(geometry[pair_column[p], 5])
+        cost[p] += geometry[pair_column[p], 6]
 
 
 @inlined
@@ -153,28 +155,36 @@ def _farthest_detection(world, k):
 
 
 @compiled
-def _hit(world, tracker, k, weight, j, d):
-    """Kalman update and score of a track with its assigned detection."""
+def _hit(world, tracker, k, weight, c, d):
+    """Kalman update and score of listed track c with its assigned detection."""
+    j, geometry = ints1(world, F.scan_columns)[c], floats2(world, F.scan_geometry)[c]
     mean, cov = (
         tracker_floats2(world, tracker, F.track_mean)[j],
         tracker_floats3(world, tracker, F.track_cov)[j],
     )
     point = floats3(world, F.reports)[k, d]
-    dx, dy = point[0] - mean[0], point[1] - mean[1]
-    xx, xy, yy, det = kalman.innovation_cov(cov, floats3(world, F.noise_cov)[k], weight)
-    distance2 = (yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy) / det
-    gain = weight * hit_gain(floats1(world, F.hit_constant)[k], det, distance2)
-    kalman.update(mean, cov, dx, dy, xx, xy, yy, det)
+    dx, dy, ixx, ixy, iyy = point[0] - mean[0], point[1] - mean[1], geometry[2], geometry[3], geometry[4]
+    distance2 = ixx * dx * dx + 2.0 * ixy * dx * dy + iyy * dy * dy
+    gain = weight * hit_gain(floats1(world, F.hit_constant)[k], geometry[6], distance2)
+    if tracker == CENTRAL and whole(world, F.full_evidence):
+        _remember_innovation(world, k, weight, j, dx, dy, distance2)
+    kalman.update(mean, cov, dx, dy, ixx, ixy, iyy)
     tracker_floats1(world, tracker, F.track_score)[j] += gain
     tracker_ints1(world, tracker, F.track_hits)[j] += 1
     tracker_flags1(world, tracker, F.track_hit_now)[j] = True
     floats1(world, F.scan_gain)[j] = gain
-    if tracker == CENTRAL and whole(world, F.full_evidence):
-        innovation, innovation_cov = floats3(world, F.innovation), floats4(world, F.innovation_cov)
-        innovation[k, j, 0], innovation[k, j, 1] = dx, dy
-        innovation_cov[k, j, 0, 0], innovation_cov[k, j, 0, 1] = xx, xy
-        innovation_cov[k, j, 1, 0], innovation_cov[k, j, 1, 1] = xy, yy
-        floats2(world, F.distance2)[k, j] = distance2
+
+
+@compiled
+def _remember_innovation(world, k, weight, j, dx, dy, distance2):
+    """Evidence for defenses that ask for it: innovation, S and d² of a central track's hit."""
+    innovation, innovation_cov = floats3(world, F.innovation), floats4(world, F.innovation_cov)
+    noise, cov = floats3(world, F.noise_cov)[k], floats3(world, F.track_cov)[j]
+    innovation[k, j, 0], innovation[k, j, 1] = dx, dy
+    for a in range(2):
+        for b in range(2):
+            innovation_cov[k, j, a, b] = cov[a, b] + noise[a, b] / weight
+    floats2(world, F.distance2)[k, j] = distance2
 
 
 @compiled
