@@ -48,6 +48,7 @@ class Grid(PlacedPhantoms):
 
     def act(self, choices: np.ndarray, observations: np.ndarray) -> np.ndarray:
         chosen, suppress = choices[..., :-1], choices[..., -1:]
+        self.look(observations)
         pointed, stays = self.over_fov(self._x[chosen], self._y[chosen]), chosen == KEEP
         reported = (chosen >= FIRST_POINT) | (stays & (self.silent < PATIENCE))
         self.move(np.where(stays, self.place, pointed), reported)

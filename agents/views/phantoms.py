@@ -9,6 +9,7 @@ from agents.policy import PolicyContext
 from agents.views.placed import PlacedPhantoms
 
 WITHDRAWN = -0.5  # a phantom is not reported where `report` is below: rarely, when actions are drawn
+STRETCH = 1.0
 WIDEST = 2.0  # radius of the suppression disc at +1, in REACH radii of the FOV: it covers all
 
 
@@ -37,8 +38,9 @@ class Phantoms(PlacedPhantoms):
 
     def act(self, choices: np.ndarray, observations: np.ndarray) -> np.ndarray:
         choices = np.clip(choices, -1.0, 1.0).astype(np.float32)
+        self.look(observations)
         report, x, y = (choices[..., i:-3:3] for i in range(3))
-        self.move(self.over_fov(x, y), report >= WITHDRAWN)
+        self.move(self.over_fov(STRETCH * x, STRETCH * y), report >= WITHDRAWN)
         return self.actions(self._covered(choices[..., -3:], observations))
 
     def _covered(self, disc: np.ndarray, observations: np.ndarray) -> np.ndarray:

@@ -20,6 +20,7 @@ from trust_env.scenario import Scenario
 
 Places: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.complex64]]
 
+_TINY = np.float32(1e-30)  # no division by 0 where phantoms stay
 PATIENCE = 5  # frames in a row without a report after which a phantom is gone; the tracker drops it then too
 
 
@@ -50,7 +51,10 @@ class PlacedPhantoms(View):
         shape = (len(context.worlds), len(learners), self.phantoms)
         self.place, self.silent = np.zeros(shape, np.complex64), np.full(shape, PATIENCE, np.int8)
         reach = context.observation_table.scales.reach[learners]
-        self._middle, self._half = _boxes(context, reach)
+        self._fovs, self._reach = Fovs.of(context.scenario, learners), reach[:, None]
+        self._pose = context.observation_table["pose"].slice
+        self._turns = any(context.scenario.agent(int(k)).fov.type != "circle" for k in learners)
+        self._face(np.tile([0.0, 0.0, 1.0, 0.0], (len(learners), 1)))
         self._step = (self._metres_per_frame(context.scenario) / reach).astype(np.float32)[:, None]
         return 3 * self.phantoms
 
@@ -75,6 +79,18 @@ class PlacedPhantoms(View):
     def begin(self, mask: np.ndarray) -> None:
         self.place[mask], self.silent[mask] = 0.0, PATIENCE
 
+    def look(self, observations: np.ndarray) -> None:
+        """Where the learners' FOVs are, on observations[W, n, O]; circles are the same however one turns."""
+        if self._turns:
+            self._face(observations[..., self._pose] * np.array([0.0, 0.0, 1.0, 1.0]))
+
+    def _face(self, pose: np.ndarray) -> None:
+        """Middle and half size complex64[..., n, 1] of the FOVs' boxes at pose[..., n, 4], in REACH radii."""
+        box = self._fovs.boxes(pose) / self._reach
+        low, high = box[..., 0] + 1j * box[..., 2], box[..., 1] + 1j * box[..., 3]
+        self._middle: Places = ((low + high) / 2).astype(np.complex64)[..., None]
+        self._half: Places = ((high - low) / 2).astype(np.complex64)[..., None]
+
     def over_fov(self, x: np.ndarray, y: np.ndarray) -> Places:
         """Places complex64[W, n, P] for x and y in [-1, 1] over the FOV's box, as raw actions are scaled;
         none beyond its radius.
@@ -88,7 +104,7 @@ class PlacedPhantoms(View):
     def move(self, pointed: Places, reported: np.ndarray) -> None:
         """A frame on: at most a step toward pointed[W, n, P]; those that are gone appear there."""
         way = pointed - self.place
-        share = self._step / np.maximum(np.abs(way), self._step)
+        share = self._step / np.maximum(np.abs(way), np.maximum(self._step, _TINY))
         share[self.silent == PATIENCE] = 1.0
         self.place += share * way
         self.silent[...] = np.where(reported, np.int8(0), np.minimum(self.silent + np.int8(1), PATIENCE))
@@ -112,13 +128,3 @@ class PlacedPhantoms(View):
         out[..., 0::3] = self.place.real * there
         out[..., 1::3] = self.place.imag * there
         out[..., 2::3] = np.float32(1.0) - self.silent * np.float32(1.0 / PATIENCE)
-
-
-def _boxes(context: PolicyContext, reach: np.ndarray) -> tuple[Places, Places]:
-    """Middle and half size complex64[n, 1] of the learners' FOV boxes, relative to the agent, in `reach`."""
-    headings = np.array([context.scenario.agent(int(k)).heading for k in context.agents])
-    there = np.zeros_like(headings)
-    pose = np.stack([there, there, np.cos(headings), np.sin(headings)], axis=-1)
-    left, right, low, high = (Fovs.of(context.scenario, context.agents).boxes(pose) / reach[:, None]).T
-    middle, half = (left + right + 1j * (low + high)) / 2, (right - left + 1j * (high - low)) / 2
-    return middle.astype(np.complex64)[:, None], half.astype(np.complex64)[:, None]

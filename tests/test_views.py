@@ -1,0 +1,322 @@
+"""Action views: places and frames worked out by hand, what the environment then reports, and what is seen."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+import pytest
+from gymnasium.spaces import Box, MultiDiscrete
+
+from agents import PolicyContext
+from agents.views import DEFAULT_VIEW, VIEWS, View, build_view
+from agents.views.placed import PATIENCE
+from trust_env.core.edit import INJECTION_ORIGIN
+from trust_env.scenario import load_scenario
+from trust_env.vector import VectorEnv, vector_env
+
+pytestmark = pytest.mark.core
+
+VARIANTS = [*VIEWS, "phantoms(n=2, speed=0)", "grid(g=3, n=1)"]
+SHAPES: dict[str, Any] = {
+    "circle": {"radius": 350.0},
+    "sector": {"type": "sector", "radius": 400.0, "heading": 0.7, "width": 1.9},
+    "triangle": {"type": "polygon", "vertices": [[-100.0, -50.0], [50.0, 300.0], [350.0, -20.0]]},
+}
+ADVERSARIES = np.array([0, 1])  # of patrol
+
+
+def begun(view: Any, env: VectorEnv, agents: np.ndarray = ADVERSARIES) -> View:
+    """The view for agents of an environment that has just been reset."""
+    worlds = env.arrays.world_id.reshape(-1).copy()
+    mask, episodes = np.ones(len(worlds), dtype=bool), np.zeros_like(worlds)
+    made = build_view(view)
+    made.reset(PolicyContext(env.scenario, env.observation_table, agents, 1, worlds, episodes, mask))
+    return made
+
+
+def patrol(view: Any, num_worlds: int = 1, **overrides: Any) -> tuple[VectorEnv, View]:
+    env = vector_env(load_scenario("patrol", **overrides), "score", num_worlds, autoreset=False)
+    env.reset(7)
+    return env, begun(view, env)
+
+
+def play(env: VectorEnv, view: View, choices: np.ndarray) -> np.ndarray:
+    """A frame in which the adversaries choose; their raw actions."""
+    observations = env.arrays.observation[:, ADVERSARIES]
+    actions, chosen = np.zeros_like(env.arrays.action), view.act(choices, observations)
+    actions[:, ADVERSARIES] = chosen
+    env.step(actions)
+    return chosen
+
+
+def drawn(view: View, worlds: int, seed: int) -> np.ndarray:
+    """Choices of every learner, uniform in the action space."""
+    space = copy.deepcopy(view.action_space)
+    space.seed(seed)
+    return np.array([[space.sample() for _ in ADVERSARIES] for _ in range(worlds)])
+
+
+def injected(env: VectorEnv, k: int) -> np.ndarray:
+    """Where agent k of world 0 injected in the last frame, [n, 2] m."""
+    count = int(env.arrays.report_count[0, k])
+    mine = env.arrays.report_origin[0, k, :count] <= INJECTION_ORIGIN
+    return env.arrays.reports[0, k, :count][mine]
+
+
+@pytest.mark.parametrize("view", VARIANTS)
+@pytest.mark.parametrize("knowledge", ["own", "white_box"])
+def test_all_views_keep_to_their_spaces(view: str, knowledge: str) -> None:
+    env, made = patrol(view, 3, knowledge=knowledge)
+    assert repr(build_view(str(made))) == str(made)
+    for frame in range(30):
+        seen = made.observe(env.arrays.observation[:, ADVERSARIES])
+        assert seen.shape == (3, 2, made.observation_size) and seen.dtype == np.float32
+        assert np.abs(seen).max() <= 1.0
+        actions = play(env, made, drawn(made, 3, frame))
+        assert actions.shape == (3, 2, 28) and actions.dtype == np.float32
+        assert np.abs(actions).max() <= 1.0
+
+
+def test_default_view_is_registered_and_sizes_follow_the_scenario() -> None:
+    assert DEFAULT_VIEW in VIEWS
+    _, phantoms = patrol("phantoms")
+    assert phantoms.action_space == Box(-1.0, 1.0, (15,), np.float32)  # four phantoms and the disc
+    fields = {"time": 1, "pose": 4, "detections": 32, "detections_mask": 16}
+    assert phantoms.fields == fields
+    assert phantoms.observation_size == sum(fields.values()) + 12
+    _, grid = patrol("grid(g=3, n=2)")
+    assert grid.action_space == MultiDiscrete([11, 11, 4])
+    env, raw = patrol("raw")
+    assert (raw.action_space, raw.observation_size) == (env.single_action_space, env.observation_table.size)
+
+
+def test_raw_view_changes_nothing() -> None:
+    env, raw = patrol("raw", 2)
+    observations, choices = env.arrays.observation[:, ADVERSARIES], drawn(raw, 2, 0)
+    np.testing.assert_array_equal(raw.observe(observations), observations)
+    np.testing.assert_array_equal(raw.act(choices, observations), choices)
+
+
+# --- phantoms ---
+
+
+def pointing(x: float, y: float, report: float = 1.0, radius: float = -1.0) -> np.ndarray:
+    """Choices for both adversaries of patrol in one world: only their first phantom is reported."""
+    choices = np.zeros((1, 2, 15), dtype=np.float32)
+    choices[..., 0:12:3] = -1.0
+    choices[..., :3] = report, x, y
+    choices[..., 12:] = 0.0, 0.0, radius
+    return choices
+
+
+def test_a_phantom_appears_where_the_policy_points_and_then_follows_at_its_speed() -> None:
+    env, view = patrol("phantoms(speed=7)")
+    actions = play(env, view, pointing(0.6, 0.0))
+    np.testing.assert_allclose(actions[0, 0, :3], [1.0, 0.6, 0.0], atol=1e-6)
+    assert (actions[0, 0, 3:12:3] <= 0.0).all()
+    place = env.arrays.pose[0, 0, :2] + [0.6 * 350.0, 0.0]
+    np.testing.assert_allclose(injected(env, 0), [place], atol=1e-3)
+    for frame in range(1, 4):  # pointed back along the x axis: 7 m in every frame
+        play(env, view, pointing(-0.6, 0.0))
+        np.testing.assert_allclose(injected(env, 0), [place - [7.0 * frame, 0.0]], atol=1e-3)
+    play(env, view, pointing(0.6 - 20.0 / 350.0, 0.0))  # 1 m away: it arrives
+    np.testing.assert_allclose(injected(env, 0), [place - [20.0, 0.0]], atol=1e-3)
+
+
+def test_phantoms_stay_where_they_appear_without_speed_and_follow_slow_targets_by_default() -> None:
+    for view, metres in (("phantoms(speed=0)", 0.0), ("phantoms", 3.0)):
+        env, made = patrol(view)
+        play(env, made, pointing(0.5, 0.5))
+        first = injected(env, 1)
+        play(env, made, pointing(-0.5, 0.5))
+        np.testing.assert_allclose(first - injected(env, 1), [[metres, 0.0]], atol=1e-3)
+
+
+def test_the_edge_of_the_fov_can_be_reached_and_nothing_beyond() -> None:
+    for x, y in ((1.0, 0.0), (0.0, -1.0), (1.0, 1.0), (-1.0, 0.7)):
+        env, view = patrol("phantoms")
+        play(env, view, pointing(x, y))
+        off = injected(env, 0)[0] - env.arrays.pose[0, 0, :2]
+        np.testing.assert_allclose(off, 350.0 * np.array([x, y]) / np.hypot(x, y), atol=1e-2)
+
+
+@pytest.mark.parametrize("fov", SHAPES)
+@pytest.mark.parametrize("view", ["phantoms", "grid"])
+def test_any_fov_reports_what_the_view_has_placed(fov: str, view: str) -> None:
+    """The environment moves an injection inside the FOV; where the view's place is inside, they agree."""
+    env, made = patrol(view, fov=SHAPES[fov])
+    made_phantoms: Any = made
+    reach = env.observation_table.scales.reach[0]
+    agreeing = 0
+    for frame in range(40):
+        play(env, made, drawn(made, 1, frame))
+        there = made_phantoms.place[0, 0][made_phantoms.silent[0, 0] == 0].astype(np.complex128) * reach
+        placed = env.arrays.pose[0, 0, :2] + np.stack([there.real, there.imag], axis=-1)
+        off = np.linalg.norm(placed - injected(env, 0), axis=-1)
+        agreeing += int((off < 1e-2).sum())
+        box = env.arrays.fov_box[0, 0]
+        assert (placed >= box[[0, 2]] - 1e-2).all() and (placed <= box[[1, 3]] + 1e-2).all()
+    assert agreeing > 10
+
+
+def test_a_withdrawn_phantom_fades_is_gone_and_appears_anew() -> None:
+    env, view = patrol("phantoms")
+    play(env, view, pointing(0.5, 0.0, report=-0.4))  # noise about a choice to report it does not withdraw it
+    assert len(injected(env, 0)) == 1
+    presence = []
+    for _ in range(PATIENCE):
+        play(env, view, pointing(0.5, 0.0, report=-0.6))
+        assert len(injected(env, 0)) == 0
+        presence.append(view.observe(env.arrays.observation[:, ADVERSARIES])[0, 0, -10])
+    np.testing.assert_allclose(presence, 1.0 - np.arange(1, PATIENCE + 1) / PATIENCE, atol=1e-6)
+    play(env, view, pointing(-0.9, 0.0))
+    off = injected(env, 0)[0] - env.arrays.pose[0, 0, :2]
+    np.testing.assert_allclose(off, [-0.9 * 350.0, 0.0], atol=1e-2)
+
+
+def test_a_learner_sees_its_phantoms_scaled_as_its_report_is() -> None:
+    env, view = patrol("phantoms")
+    play(env, view, pointing(0.3, -0.8))
+    observation = env.arrays.observation[:, ADVERSARIES]
+    field = env.observation_table["report"].slice
+    reported = observation[0, 0, field].reshape(-1, 2)[int(env.arrays.report_count[0, 0]) - 1]
+    seen = view.observe(observation)[0, 0, -12:].reshape(4, 3)
+    np.testing.assert_allclose(seen[0], [*reported, 1.0], atol=1e-6)
+    np.testing.assert_array_equal(seen[1:], 0.0)
+
+
+def test_suppression_disc() -> None:
+    env, view = patrol("phantoms", sensor={"clutter_density": 4e-5})
+    observation = env.arrays.observation[:, ADVERSARIES]
+    seen = env.observation_table.read(observation, ADVERSARIES)
+    count = int(env.arrays.raw_count[0, 0])
+    assert count > 3
+    entries = env.action_table["suppressions"]
+    off = np.linalg.norm(seen["detections"][0, 0, :count] - seen["pose"][0, 0, :2], axis=-1)
+    for radius, metres in ((-1.0, 0.0), (0.0, 0.25 * 1.25 * 350.0), (1.0, 2.5 * 350.0)):
+        suppress = view.act(pointing(0.0, 0.0, radius=radius), observation)[0, 0, entries] > 0.0
+        np.testing.assert_array_equal(suppress[:count], off < metres)
+    choices = pointing(0.0, 0.0, radius=-0.6)  # 2 * 0.2^3 = 0.016 REACH radii, or 7 m, about one detection
+    choices[0, 0, 12:14] = (seen["detections"] - seen["pose"][..., None, :2])[0, 0, 1] / 350.0
+    suppress = view.act(choices, observation)[0, 0, entries] > 0.0
+    near = np.linalg.norm(seen["detections"][0, 0, :count] - seen["detections"][0, 0, 1], axis=-1) < 7.0
+    np.testing.assert_array_equal(suppress[:count], near)
+    assert near.sum() == 1
+
+
+# --- grid ---
+
+
+def chosen(first: int, suppress: int = 0) -> np.ndarray:
+    """Choices for both adversaries of patrol in one world: what becomes of the first phantom, else kept."""
+    choices = np.zeros((1, 2, 5), dtype=np.int64)
+    choices[..., 0], choices[..., 4] = first, suppress
+    return choices
+
+
+def test_grid_points_keep_and_withdraw() -> None:
+    env, view = patrol("grid(g=5)")
+    play(env, view, chosen(0))  # there is nothing to keep
+    assert len(injected(env, 0)) == 0
+    play(env, view, chosen(2 + 5 * 4 + 2))  # the highest x, the middle of y
+    place = injected(env, 0)
+    np.testing.assert_allclose(place - env.arrays.pose[0, 0, :2], [[350.0, 0.0]], atol=1e-2)
+    play(env, view, chosen(0))
+    np.testing.assert_array_equal(injected(env, 0), place)
+    play(env, view, chosen(2 + 5 * 0 + 2))  # the lowest x: 3 m on the way there
+    np.testing.assert_allclose(injected(env, 0) - place, [[-3.0, 0.0]], atol=1e-3)
+    play(env, view, chosen(1))
+    assert len(injected(env, 0)) == 0
+    play(env, view, chosen(2 + 5 * 2 + 0))  # gone, so that it appears at once at the lowest y
+    np.testing.assert_allclose(injected(env, 0) - env.arrays.pose[0, 0, :2], [[0.0, -350.0]], atol=1e-2)
+
+
+def test_grid_suppresses_none_near_far_or_all() -> None:
+    env, view = patrol("grid", sensor={"clutter_density": 4e-5})
+    observation = env.arrays.observation[:, ADVERSARIES]
+    seen, count = env.observation_table.read(observation, ADVERSARIES), int(env.arrays.raw_count[0, 0])
+    off = np.linalg.norm(seen["detections"][0, 0, :count] - seen["pose"][0, 0, :2], axis=-1)
+    near = off < 350.0 * np.sqrt(0.5)
+    assert near.any() and not near.all()
+    for choice, expected in enumerate((near & False, near, ~near, near | True)):
+        actions = view.act(chosen(0, choice), observation)[0, 0, env.action_table["suppressions"]]
+        np.testing.assert_array_equal(actions[:count] > 0.0, expected)
+
+
+# --- what learners see, and in what batch ---
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_more_knowledge_changes_nothing_for_who_learned_with_less(view: str) -> None:
+    env, own = patrol(view)
+    rich, same = patrol(str(own), knowledge="white_box", coordination="none")
+    assert same.fields == own.fields
+    for frame in range(5):
+        seen = own.observe(env.arrays.observation[:, ADVERSARIES])
+        np.testing.assert_array_equal(seen, same.observe(rich.arrays.observation[:, ADVERSARIES]))
+        choices = drawn(own, 1, frame)
+        np.testing.assert_array_equal(play(env, own, choices), play(rich, same, choices))
+
+
+@pytest.mark.parametrize("view", VARIANTS)
+def test_a_world_is_the_same_in_any_batch_and_after_a_snapshot(view: str) -> None:
+    many, in_batch = patrol(view, 4)
+    one, alone = patrol(view)
+    one.reset(7, options={"worlds": np.array([2]), "episodes": np.array([0])})
+    for frame in range(12):
+        choices = drawn(in_batch, 4, frame)
+        actions = play(many, in_batch, choices)
+        np.testing.assert_array_equal(play(one, alone, choices[2:3])[0], actions[2])
+        if frame == 6:
+            state, alone = alone.get_state(), begun(view, one)
+            alone.set_state(state)
+
+
+def test_worlds_that_begin_an_episode_forget_and_the_others_do_not() -> None:
+    env, view = patrol("phantoms", 2)
+    observation = env.arrays.observation[:, ADVERSARIES]
+    view.act(np.repeat(pointing(0.5, 0.5), 2, axis=0), observation)
+    before = view.observe(observation)[:, 0, -12:]
+    c = view.context
+    mask = np.array([False, True])
+    view.reset(PolicyContext(c.scenario, c.observation_table, c.agents, 1, c.worlds, c.episodes + 1, mask))
+    after = view.observe(observation)[:, 0, -12:]
+    np.testing.assert_array_equal(after[0], before[0])
+    assert before[1].any() and not after[1].any()
+
+
+# --- errors ---
+
+
+@pytest.mark.parametrize(
+    ("view", "message"),
+    [
+        ("phantom", "unknown view 'phantom'; did you mean 'phantoms'"),
+        ("phantoms(m=3)", "view 'phantoms' has no parameter 'm'.*n, speed, knowledge"),
+        ("phantoms(n=0)", "phantoms: n = 0: expected a whole number of at least 1"),
+        ("phantoms(speed=-1)", "phantoms: speed = -1: expected a number of at least 0"),
+        ("grid(g=1)", "grid: g = 1: expected a whole number of at least 2"),
+        ("raw(knowledge=all)", "raw: knowledge = 'all': expected one of own, poses"),
+        ("my_views.py:Mine", "unknown view 'my_views.py:Mine'"),
+    ],
+)
+def test_unfit_names_and_parameters_are_refused(view: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        build_view(view)
+
+
+def test_what_does_not_fit_the_scenario_is_refused() -> None:
+    with pytest.raises(ValueError, match="phantoms: n = 5: expected at most 4, the injection slots"):
+        patrol("phantoms(n=5)")
+    with pytest.raises(ValueError, match="grid: knowledge = 'poses': expected at most own"):
+        patrol("grid(knowledge=poses)")
+    with pytest.raises(TypeError, match="a view is a name"):
+        build_view(3)
+    with pytest.raises(RuntimeError, match=r"call reset\(context\) first"):
+        _ = build_view("raw").context
+    _, view = patrol("phantoms")
+    _, other = patrol("phantoms", 2)
+    with pytest.raises(ValueError, match=r"place = 'complex64\[2, 2, 4\]': expected complex64\[1, 2, 4\]"):
+        view.set_state(other.get_state())
