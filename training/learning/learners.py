@@ -109,9 +109,8 @@ class Learners:
         if choices.shape != expected:
             raise ValueError(f"choices must have shape {list(expected)}; got {list(choices.shape)}")
         if not np.isfinite(choices).all():
-            raise ValueError(
-                f"choices must be finite; learner {np.argwhere(~np.isfinite(choices))[0][0]}'s are not"
-            )
+            unfit = int(np.argwhere(~np.isfinite(choices))[0][0])
+            raise ValueError(f"choices must be finite; those of learner {unfit} are not")
         choices = choices.reshape(self.num_worlds, len(self.agents), *expected[1:])
         self._actions[:, self._rows] = self.view.act(choices, observations[:, self._rows])
         return self._actions
