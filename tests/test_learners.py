@@ -371,7 +371,7 @@ def test_values_are_bootstrapped_at_the_horizon() -> None:
         5,
         7,
         8,
-    ]  # staggered: the third and fourth worlds end once
+    ]
     np.testing.assert_allclose(model.rollout_buffer.rewards, expected, rtol=1e-5)
 
 
