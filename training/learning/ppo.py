@@ -17,6 +17,7 @@ from stable_baselines3.common.utils import LinearSchedule
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from training.learning.configuration import Configuration
+from training.learning.distribution import GroupedPolicy
 from training.learning.sb3 import LearnersVecEnv
 
 ACTIVATIONS = {"tanh": th.nn.Tanh, "relu": th.nn.ReLU}
@@ -116,7 +117,7 @@ def build_ppo(config: Configuration, learners: LearnersVecEnv) -> LearnersPPO:
         norm_reward=config.normalise.rewards,
         gamma=config.ppo.gamma,
     )
-    model = LearnersPPO("MlpPolicy", env, seed=config.seed, **ppo_settings(config))
+    model = LearnersPPO(GroupedPolicy, env, seed=config.seed, **ppo_settings(config))
     learners.seed(config.world_seed)  # after the algorithm, which seeds its environments as itself
     return model
 

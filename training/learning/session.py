@@ -120,9 +120,7 @@ class Session:
         config = self.config
         policies = {config.role: Learned(str(self.folder.path)), **config.others}
         episodes, seed = config.evaluation.episodes, config.evaluation.seed
-        venv = VectorEnv(
-            self.scenario, config.defense, episodes, config.max_cycles, config.threads, autoreset=False
-        )
+        venv = VectorEnv(self.scenario, config.defense, episodes, threads=config.threads, autoreset=False)
         found = play_worlds(venv, policies, np.arange(episodes), seed, venv.max_cycles)
         venv.close()
         record = self.logs.evaluation.record
