@@ -46,7 +46,7 @@ FORMAT = 1
 ACTIVATIONS = ("tanh", "relu")
 MOST_BYTES, MOST_HEADER = 64 << 20, 1 << 20
 MOST_LAYERS, MOST_WIDTH, MOST_TEXT, MOST_FACTS = 16, 65536, 2000, 64
-MOST_LOG_STD = 20.0
+MOST_LOG_STD, MOST_PARAMETER = 20.0, 1000
 _KEY = "trust_env"
 _FOREIGN = {  # what a file begins with, and what it then is
     b"PK\x03\x04": "a zip archive, as Stable-Baselines3 and PyTorch write them",
@@ -200,10 +200,20 @@ def _is_view(value: Any) -> bool:
         return False
     try:
         spec = parse(value)
-        plain = all(re.fullmatch(r"\w*", v) if isinstance(v, str) else True for v in spec.params.values())
-        return spec.path is None and spec.name in VIEWS and plain and build_view(value) is not None
+        plain = spec.path is None and all(map(_is_plain, spec.params.values()))
+        return plain and spec.name in VIEWS and build_view(value) is not None
     except (ValueError, TypeError):
         return False
+
+
+def _is_plain(value: Any) -> bool:
+    """A word, or a number of no more than a view has use for: it may allocate as much."""
+    match value:
+        case str():
+            return re.fullmatch(r"\w*", value) is not None
+        case int():
+            return abs(value) <= MOST_PARAMETER
+    return value is None or isinstance(value, float)
 
 
 def _are_fields(value: Any) -> bool:

@@ -172,7 +172,7 @@ class TestNetwork:
 
 
 class TestPlay:
-    @pytest.mark.parametrize("view", ["raw", "phantoms(n=2)"])
+    @pytest.mark.parametrize("view", ["raw", "phantoms(n=2)", "grid"])
     @pytest.mark.parametrize("sampled", [False, True])
     def test_a_world_is_the_same_in_whatever_batch(self, tmp_path: Path, view: str, sampled: bool) -> None:
         spec = f"learned(path='{written(tmp_path / FILE, view)}', sampled={sampled})"
