@@ -398,6 +398,8 @@ def broken(path: Path) -> dict[str, tuple[Path, str]]:
             damaged(path / "layers", layers=[4, 0, 2]),
             "config: layers = .*expected 2 to 16 whole numbers",
         ),
+        "large view": (damaged(path / "vg", view="grid(g=100000)"), "config: view = 'grid.g=100000.'"),
+        "list in a view": (damaged(path / "vl", view="grid(g=[5])"), r"config: view = 'grid\(g=\[5\]\)'"),
         "layers type": (damaged(path / "lt", layers=[4.0, 3, 2]), "config: layers = "),
         "many layers": (damaged(path / "ml", layers=[4] * 17), "config: layers = "),
         "activation": (
