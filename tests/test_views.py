@@ -10,6 +10,7 @@ import pytest
 from gymnasium.spaces import Box, MultiDiscrete
 
 from agents import PolicyContext
+from agents.geometry import Fovs
 from agents.views import DEFAULT_VIEW, VIEWS, View, build_view
 from agents.views.placed import PATIENCE
 from trust_env.core.edit import INJECTION_ORIGIN
@@ -18,7 +19,7 @@ from trust_env.vector import VectorEnv, vector_env
 
 pytestmark = pytest.mark.core
 
-VARIANTS = [*VIEWS, "phantoms(n=2, speed=0)", "grid(g=3, n=1)"]
+VARIANTS = [*VIEWS, "phantoms(n=2, speed=0, frame=area)", "grid(g=3, n=1, frame=area)"]
 SHAPES: dict[str, Any] = {
     "circle": {"radius": 350.0},
     "sector": {"type": "sector", "radius": 400.0, "heading": 0.7, "width": 1.9},
@@ -112,7 +113,7 @@ def pointing(x: float, y: float, report: float = 1.0, radius: float = -1.0) -> n
 
 
 def test_a_phantom_appears_where_the_policy_points_and_then_follows_at_its_speed() -> None:
-    env, view = patrol("phantoms(speed=7)")
+    env, view = patrol("phantoms(speed=7, frame=area)")
     actions = play(env, view, pointing(0.6, 0.0))
     np.testing.assert_allclose(actions[0, 0, :3], [1.0, 0.6, 0.0], atol=1e-6)
     assert (actions[0, 0, 3:12:3] <= 0.0).all()
@@ -126,7 +127,7 @@ def test_a_phantom_appears_where_the_policy_points_and_then_follows_at_its_speed
 
 
 def test_phantoms_stay_where_they_appear_without_speed_and_follow_slow_targets_by_default() -> None:
-    for view, metres in (("phantoms(speed=0)", 0.0), ("phantoms", 3.0)):
+    for view, metres in (("phantoms(speed=0, frame=area)", 0.0), ("phantoms(frame=area)", 3.0)):
         env, made = patrol(view)
         play(env, made, pointing(0.5, 0.5))
         first = injected(env, 1)
@@ -136,14 +137,14 @@ def test_phantoms_stay_where_they_appear_without_speed_and_follow_slow_targets_b
 
 def test_the_edge_of_the_fov_can_be_reached_and_nothing_beyond() -> None:
     for x, y in ((1.0, 0.0), (0.0, -1.0), (1.0, 1.0), (-1.0, 0.7)):
-        env, view = patrol("phantoms")
+        env, view = patrol("phantoms(frame=area)")
         play(env, view, pointing(x, y))
         off = injected(env, 0)[0] - env.arrays.pose[0, 0, :2]
         np.testing.assert_allclose(off, 350.0 * np.array([x, y]) / np.hypot(x, y), atol=1e-2)
 
 
 @pytest.mark.parametrize("fov", SHAPES)
-@pytest.mark.parametrize("view", ["phantoms", "grid"])
+@pytest.mark.parametrize("view", ["phantoms(frame=area)", "grid(frame=area)"])
 def test_any_fov_reports_what_the_view_has_placed(fov: str, view: str) -> None:
     """The environment moves an injection inside the FOV; where the view's place is inside, they agree."""
     env, made = patrol(view, fov=SHAPES[fov])
@@ -155,14 +156,16 @@ def test_any_fov_reports_what_the_view_has_placed(fov: str, view: str) -> None:
         there = made_phantoms.place[0, 0][made_phantoms.silent[0, 0] == 0].astype(np.complex128) * reach
         placed = env.arrays.pose[0, 0, :2] + np.stack([there.real, there.imag], axis=-1)
         off = np.linalg.norm(placed - injected(env, 0), axis=-1)
-        agreeing += int((off < 1e-2).sum())
-        box = env.arrays.fov_box[0, 0]
-        assert (placed >= box[[0, 2]] - 1e-2).all() and (placed <= box[[1, 3]] + 1e-2).all()
-    assert agreeing > 10
+        x, y, heading = env.arrays.pose[0, 0]
+        pose = np.array([[x, y, np.cos(heading), np.sin(heading)]])
+        inside = Fovs.of(env.scenario, ADVERSARIES[:1]).contains(pose, placed[None])[0]
+        assert (off[inside] < 1e-2).all()
+        agreeing += int(inside.sum())
+    assert agreeing >= 5
 
 
 def test_a_withdrawn_phantom_fades_is_gone_and_appears_anew() -> None:
-    env, view = patrol("phantoms")
+    env, view = patrol("phantoms(frame=area)")
     play(env, view, pointing(0.5, 0.0, report=-0.4))  # noise about a choice to report it does not withdraw it
     assert len(injected(env, 0)) == 1
     presence = []
@@ -177,7 +180,7 @@ def test_a_withdrawn_phantom_fades_is_gone_and_appears_anew() -> None:
 
 
 def test_a_learner_sees_its_phantoms_scaled_as_its_report_is() -> None:
-    env, view = patrol("phantoms")
+    env, view = patrol("phantoms(frame=area)")
     play(env, view, pointing(0.3, -0.8))
     observation = env.arrays.observation[:, ADVERSARIES]
     field = env.observation_table["report"].slice
@@ -188,7 +191,7 @@ def test_a_learner_sees_its_phantoms_scaled_as_its_report_is() -> None:
 
 
 def test_suppression_disc() -> None:
-    env, view = patrol("phantoms", sensor={"clutter_density": 4e-5})
+    env, view = patrol("phantoms(frame=area)", sensor={"clutter_density": 4e-5})
     observation = env.arrays.observation[:, ADVERSARIES]
     seen = env.observation_table.read(observation, ADVERSARIES)
     count = int(env.arrays.raw_count[0, 0])
@@ -217,7 +220,7 @@ def chosen(first: int, suppress: int = 0) -> np.ndarray:
 
 
 def test_grid_points_keep_and_withdraw() -> None:
-    env, view = patrol("grid(g=5)")
+    env, view = patrol("grid(g=5, frame=area)")
     play(env, view, chosen(0))  # there is nothing to keep
     assert len(injected(env, 0)) == 0
     play(env, view, chosen(2 + 5 * 4 + 2))  # the highest x, the middle of y
@@ -234,7 +237,7 @@ def test_grid_points_keep_and_withdraw() -> None:
 
 
 def test_grid_suppresses_none_near_far_or_all() -> None:
-    env, view = patrol("grid", sensor={"clutter_density": 4e-5})
+    env, view = patrol("grid(frame=area)", sensor={"clutter_density": 4e-5})
     observation = env.arrays.observation[:, ADVERSARIES]
     seen, count = env.observation_table.read(observation, ADVERSARIES), int(env.arrays.raw_count[0, 0])
     off = np.linalg.norm(seen["detections"][0, 0, :count] - seen["pose"][0, 0, :2], axis=-1)
@@ -246,6 +249,37 @@ def test_grid_suppresses_none_near_far_or_all() -> None:
 
 
 # --- what learners see, and in what batch ---
+
+
+@pytest.mark.parametrize("view", ["phantoms", "grid(g=3)"])
+def test_outward_is_a_turn_of_what_is_seen_and_done(view: str) -> None:
+    """The x axis points from the middle of the area to the agent: what it sees there is turned back."""
+    env, outward = patrol(view, knowledge="poses")
+    area = begun(f"{view[:-1]}, frame=area)" if "(" in view else f"{view}(frame=area)", env)
+    observation = env.arrays.observation[:, ADVERSARIES]
+    turned, plain = outward.observe(observation), area.observe(observation)
+    pose = env.arrays.pose[0, :, :2]
+    turn = np.exp(-1j * np.arctan2(pose[:2, 1], pose[:2, 0]))
+    start = dict(zip(outward.fields, np.cumsum([0, *outward.fields.values()])))
+    for name, pairs in (("pose", 2), ("detections", 16), ("poses", 10)):
+        field = slice(start[name], start[name] + 2 * pairs)
+        expected = plain[0, :, field].reshape(2, pairs, 2) @ [1.0, 1.0j] * turn[:, None]
+        np.testing.assert_allclose(
+            turned[0, :, field].reshape(2, pairs, 2) @ [1.0, 1.0j], expected, atol=1e-6
+        )
+    np.testing.assert_allclose(turned[0, :, start["pose"]], np.hypot(*pose[:2].T) / 850.0, atol=1e-6)
+    np.testing.assert_array_equal(turned[..., start["fovs"] :], plain[..., start["fovs"] :])
+
+
+def test_outward_phantoms_are_placed_away_from_the_middle_of_the_area() -> None:
+    env, view = patrol("phantoms")
+    play(env, view, pointing(1.0, 0.0))
+    for k in ADVERSARIES:
+        pose = env.arrays.pose[0, k, :2]
+        np.testing.assert_allclose(injected(env, k), [pose * (1.0 + 350.0 / np.hypot(*pose))], atol=1e-2)
+    np.testing.assert_allclose(
+        view.observe(env.arrays.observation[:, ADVERSARIES])[0, :, -12], 0.8, atol=1e-5
+    )
 
 
 @pytest.mark.parametrize("view", VIEWS)
@@ -294,7 +328,7 @@ def test_worlds_that_begin_an_episode_forget_and_the_others_do_not() -> None:
     ("view", "message"),
     [
         ("phantom", "unknown view 'phantom'; did you mean 'phantoms'"),
-        ("phantoms(m=3)", "view 'phantoms' has no parameter 'm'.*n, speed, knowledge"),
+        ("phantoms(m=3)", "view 'phantoms' has no parameter 'm'.*n, speed, frame, knowledge"),
         ("phantoms(n=0)", "phantoms: n = 0: expected a whole number of at least 1"),
         ("phantoms(speed=-1)", "phantoms: speed = -1: expected a number of at least 0"),
         ("grid(g=1)", "grid: g = 1: expected a whole number of at least 2"),

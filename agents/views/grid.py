@@ -7,7 +7,7 @@ from gymnasium.spaces import MultiDiscrete
 
 from agents.parameters import whole
 from agents.policy import PolicyContext
-from agents.views.placed import PATIENCE, PlacedPhantoms
+from agents.views.placed import OUTWARD, PATIENCE, PlacedPhantoms
 from trust_env.observation import REACH
 
 KEEP, WITHDRAW, FIRST_POINT = 0, 1, 2  # choices for a phantom
@@ -32,9 +32,14 @@ class Grid(PlacedPhantoms):
     name = "grid"
 
     def __init__(
-        self, g: int = 5, n: int | None = None, speed: float | None = None, knowledge: str | None = None
+        self,
+        g: int = 5,
+        n: int | None = None,
+        speed: float | None = None,
+        frame: str = OUTWARD,
+        knowledge: str | None = None,
     ):
-        super().__init__(n, speed, knowledge)
+        super().__init__(n, speed, frame, knowledge)
         self.g = whole(self.name, "g", g, 2)
 
     def prepare(self, context: PolicyContext) -> int:

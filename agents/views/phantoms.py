@@ -6,7 +6,7 @@ import numpy as np
 from gymnasium.spaces import Box
 
 from agents.policy import PolicyContext
-from agents.views.placed import PlacedPhantoms
+from agents.views.placed import OUTWARD, PlacedPhantoms
 
 WITHDRAWN = -0.5  # a phantom is not reported where `report` is below: rarely, when actions are drawn
 STRETCH = 1.0
@@ -28,8 +28,14 @@ class Phantoms(PlacedPhantoms):
 
     name = "phantoms"
 
-    def __init__(self, n: int | None = None, speed: float | None = None, knowledge: str | None = None):
-        super().__init__(n, speed, knowledge)
+    def __init__(
+        self,
+        n: int | None = None,
+        speed: float | None = None,
+        frame: str = OUTWARD,
+        knowledge: str | None = None,
+    ):
+        super().__init__(n, speed, frame, knowledge)
 
     def prepare(self, context: PolicyContext) -> int:
         length = super().prepare(context)

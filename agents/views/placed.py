@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 
 from agents.geometry import Fovs
-from agents.parameters import length_or_none, refuse, whole_or_none
+from agents.parameters import length_or_none, one_of, refuse, whole_or_none
 from agents.policy import PolicyContext
 from agents.views.view import View
 from trust_env.action import action_table
@@ -20,6 +20,10 @@ from trust_env.scenario import Scenario
 
 Places: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.complex64]]
 
+AREA, OUTWARD = FRAMES = ("area", "outward")
+PAIRS = frozenset(  # fields that are made of pairs: x and y, vx and vy, cos and sin
+    ["pose", "detections", "poses", "picture", "tracks", "shared_detections", "shared_reports"]
+)
 _TINY = np.float32(1e-30)  # no division by 0 where phantoms stay
 PATIENCE = 5  # frames in a row without a report after which a phantom is gone; the tracker drops it then too
 
@@ -38,8 +42,9 @@ class PlacedPhantoms(View):
     place: Places  # complex64[W, n, P], x + iy relative to the agent, in REACH radii of its FOV
     silent: np.ndarray  # int8[W, n, P], frames in a row without a report, up to PATIENCE: there is none
 
-    def __init__(self, n: int | None, speed: float | None, knowledge: str | None):
+    def __init__(self, n: int | None, speed: float | None, frame: str, knowledge: str | None):
         super().__init__(knowledge)
+        self.frame = one_of(self.name, "frame", frame, FRAMES)
         self.n = whole_or_none(self.name, "n", n, 1, "the largest injection budget")
         self.speed = length_or_none(self.name, "speed", speed, "m/s", "as the slowest targets")
 
@@ -53,7 +58,13 @@ class PlacedPhantoms(View):
         reach = context.observation_table.scales.reach[learners]
         self._fovs, self._reach = Fovs.of(context.scenario, learners), reach[:, None]
         self._pose = context.observation_table["pose"].slice
-        self._turns = any(context.scenario.agent(int(k)).fov.type != "circle" for k in learners)
+        self._angular = any(context.scenario.agent(int(k)).fov.type != "circle" for k in learners)
+        self._turn = np.ones((1, 1, 1), dtype=np.complex64)
+        self._pairs, start = [], 0
+        for name, length in self.fields.items():
+            if name in PAIRS:
+                self._pairs.append(slice(start, start + length))
+            start += length
         self._face(np.tile([0.0, 0.0, 1.0, 0.0], (len(learners), 1)))
         self._step = (self._metres_per_frame(context.scenario) / reach).astype(np.float32)[:, None]
         return 3 * self.phantoms
@@ -79,10 +90,28 @@ class PlacedPhantoms(View):
     def begin(self, mask: np.ndarray) -> None:
         self.place[mask], self.silent[mask] = 0.0, PATIENCE
 
+    def observe(self, observations: np.ndarray) -> np.ndarray:
+        seen = super().observe(observations)
+        if self.frame == OUTWARD:
+            back = np.conj(self._outward(observations))
+            for stretch in self._pairs:
+                seen[..., stretch].view(np.complex64)[...] *= back
+            np.clip(seen, -1.0, 1.0, out=seen)
+        return seen
+
     def look(self, observations: np.ndarray) -> None:
-        """Where the learners' FOVs are, on observations[W, n, O]; circles are the same however one turns."""
-        if self._turns:
+        """How the learners stand, on observations[W, n, O]."""
+        if self.frame == OUTWARD:
+            self._turn = self._outward(observations)
+        if self._angular:
             self._face(observations[..., self._pose] * np.array([0.0, 0.0, 1.0, 1.0]))
+
+    def _outward(self, observations: np.ndarray) -> Places:
+        """The direction [W, n, 1] from the middle of the area to the learner, of length 1."""
+        pose = observations[..., self._pose]
+        way = pose[..., 0:1] + 1j * pose[..., 1:2]
+        length = np.abs(way)
+        return np.where(length > 0.0, way / np.maximum(length, _TINY), np.complex64(1.0))
 
     def _face(self, pose: np.ndarray) -> None:
         """Middle and half size complex64[..., n, 1] of the FOVs' boxes at pose[..., n, 4], in REACH radii."""
@@ -92,13 +121,10 @@ class PlacedPhantoms(View):
         self._half: Places = ((high - low) / 2).astype(np.complex64)[..., None]
 
     def over_fov(self, x: np.ndarray, y: np.ndarray) -> Places:
-        """Places complex64[W, n, P] for x and y in [-1, 1] over the FOV's box, as raw actions are scaled;
-        none beyond its radius.
-        """
+        """Places complex64[W, n, P] for x and y in radii of the FOV, none beyond it."""
         place: Places = np.empty(x.shape, dtype=np.complex64)
-        place.real = self._middle.real + self._half.real * x
-        place.imag = self._middle.imag + self._half.imag * y
-        place /= np.maximum(np.float32(1.0), np.float32(REACH) * np.abs(place))
+        place.real, place.imag = x, y
+        place /= np.float32(REACH) * np.maximum(np.float32(1.0), np.abs(place))
         return place
 
     def move(self, pointed: Places, reported: np.ndarray) -> None:
@@ -114,14 +140,18 @@ class PlacedPhantoms(View):
         w, n, phantoms = self.silent.shape
         out = np.zeros((w, n, self._action_size), dtype=np.float32)
         out[..., 0 : 3 * phantoms : 3] = self.silent == 0
-        out[..., 1 : 3 * phantoms : 3] = (self.place.real - self._middle.real) / self._half.real
-        out[..., 2 : 3 * phantoms : 3] = (self.place.imag - self._middle.imag) / self._half.imag
+        place = self.place * self._turn
+        out[..., 1 : 3 * phantoms : 3] = (place.real - self._middle.real) / self._half.real
+        out[..., 2 : 3 * phantoms : 3] = (place.imag - self._middle.imag) / self._half.imag
+        np.clip(out, -1.0, 1.0, out=out)
         out[..., self._suppressions] = suppress
         return out
 
     def detections(self, observations: np.ndarray) -> Places:
         """Places complex64[W, n, D] of the own detections; 0 where there is none."""
-        return np.ascontiguousarray(observations[..., self._detections]).view(np.complex64)
+        return np.ascontiguousarray(observations[..., self._detections]).view(np.complex64) * np.conj(
+            self._turn
+        )
 
     def remember(self, out: np.ndarray) -> None:
         there = self.silent < PATIENCE
