@@ -2,8 +2,9 @@
 
 VENV   := .venv
 BIN    := $(VENV)/bin
-# The optional dependencies that the tests run with; CI adds `train`.
-EXTRAS ?= dev,plot,render,bench
+# The optional dependencies that the tests run with. Of PyTorch, pip takes the build for CUDA on Linux, gigabytes
+# that nothing here needs: PIP_EXTRA_INDEX_URL=https://download.pytorch.org/whl/cpu make test
+EXTRAS ?= dev,train,plot,render,bench
 # The first of these that is 3.11 or newer, or yours: make test PYTHON=python3.12
 PYTHON ?= $(firstword $(foreach python,python3 python3.13 python3.12 python3.11 python3.14,\
 	$(shell $(python) -c 'import sys; sys.version_info >= (3, 11) and print("$(python)")' 2>/dev/null)))
@@ -11,26 +12,32 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check
 # Re-installed when either changes.
 PINS   := pyproject.toml constraints.txt
 comma  := ,
+INSTALLED := $(VENV)/.installed-$(subst $(comma),-,$(EXTRAS))
+PYTEST := $(BIN)/python -m pytest -n 2 --benchmark-disable
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint format clean
+.PHONY: help demo test test-clients lint format clean
 
 help:  ## what can be made
-	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST)
+	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST)
 
 demo: $(VENV)/.installed-core  ## one evaluation of a built-in scenario: no torch, no data files
 	$(BIN)/trust-env evaluate --scenario case1 --attack honest,false_positive --defense score,trust --episodes 20
 
-test: $(VENV)/.installed-$(subst $(comma),-,$(EXTRAS))  ## all tests, on two processes
-	$(BIN)/python -m pytest -n 2 --benchmark-disable
+test: $(INSTALLED)  ## all tests but those of other training libraries, on two processes
+	$(PYTEST) --ignore=tests/clients
 
-lint: $(VENV)/.installed-$(subst $(comma),-,$(EXTRAS))  ## ruff and pyright; fails on any finding
+# A process takes the tests of a library together: what that imports and compiles is not shared.
+test-clients: $(INSTALLED)-clients  ## the examples of other training libraries, which it installs beside the rest
+	$(PYTEST) --dist=loadfile tests/clients
+
+lint: $(INSTALLED)  ## ruff and pyright; fails on any finding
 	@failed=0; \
 	for tool in "ruff check ." "ruff format --check ." pyright; do \
 		echo "$(BIN)/$$tool"; $(BIN)/$$tool || failed=1; \
 	done; exit $$failed
 
-format: $(VENV)/.installed-$(subst $(comma),-,$(EXTRAS))  ## let ruff put the code in order
+format: $(INSTALLED)  ## let ruff put the code in order
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 

@@ -20,6 +20,8 @@ EXTRAS = {
     "bench": ("mpe2", "stonesoup"),
     "ray": ("ray",),
     "clients": ("ray", "torchrl", "tianshou", "supersuit", "stable_baselines3"),
+    "agilerl": ("agilerl",),
+    "benchmarl": ("benchmarl",),
 }
 
 

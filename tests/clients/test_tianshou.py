@@ -13,9 +13,9 @@ pytestmark = pytest.mark.extra("clients")
 
 @pytest.mark.parametrize("scenario", ["trio", "patrol"])
 def test_the_example_trains(scenario):
-    from training.examples import tianshou
+    from training.examples import tianshou_sac
 
-    check_trained(tianshou.train(updates=2, scenario=scenario), 2, {"adversary", "benign"})
+    check_trained(tianshou_sac.train(updates=2, scenario=scenario), 2, {"adversary", "benign"})
 
 
 def test_turns_add_up_to_the_frames_of_the_environment():
@@ -48,7 +48,7 @@ def test_returns_reach_the_rewards_of_the_own_frame():
     from tianshou.data import Batch, ReplayBuffer
     from tianshou.env import PettingZooEnv
 
-    from training.examples.tianshou import Learner
+    from training.examples.tianshou_sac import Learner
 
     env = PettingZooEnv(trust_env.env("trio"))
     algorithm = MultiAgentOffPolicyAlgorithm(algorithms=[learner := Learner(env)] * 3, env=env)
