@@ -10,6 +10,7 @@ from agents.views.placed import OUTWARD, PlacedPhantoms
 
 WITHDRAWN = -0.5  # a phantom is not reported where `report` is below: rarely, when actions are drawn
 STRETCH = 1.0
+BASE = 0.5
 WIDEST = 2.0  # radius of the suppression disc at +1, in REACH radii of the FOV: it covers all
 
 
@@ -46,7 +47,9 @@ class Phantoms(PlacedPhantoms):
         choices = np.clip(choices, -1.0, 1.0).astype(np.float32)
         self.look(observations)
         report, x, y = (choices[..., i:-3:3] for i in range(3))
-        self.move(self.over_fov(STRETCH * x, STRETCH * y), report >= WITHDRAWN)
+        a = 2 * np.pi * (np.arange(self.phantoms) + 0.5) / self.phantoms
+        bx, by = (BASE * np.cos(a)).astype(np.float32), (BASE * np.sin(a)).astype(np.float32)
+        self.move(self.over_fov(bx + STRETCH * x, by + STRETCH * y), report >= WITHDRAWN)
         return self.actions(self._covered(choices[..., -3:], observations))
 
     def _covered(self, disc: np.ndarray, observations: np.ndarray) -> np.ndarray:

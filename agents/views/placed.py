@@ -25,6 +25,7 @@ PAIRS = frozenset(  # fields that are made of pairs: x and y, vx and vy, cos and
     ["pose", "detections", "poses", "picture", "tracks", "shared_detections", "shared_reports"]
 )
 _TINY = np.float32(1e-30)  # no division by 0 where phantoms stay
+MOST_TURNS = 2  # phantoms that share a slot: tracks outlive a frame without a report, not two while tentative
 PATIENCE = 5  # frames in a row without a report after which a phantom is gone; the tracker drops it then too
 
 
@@ -37,10 +38,11 @@ class PlacedPhantoms(View):
     """
 
     hidden = frozenset({"role", "report", "report_mask"})  # the view's own state says it shorter
-    remembered = ("place", "silent")
+    remembered = ("place", "silent", "clock")
 
     place: Places  # complex64[W, n, P], x + iy relative to the agent, in REACH radii of its FOV
     silent: np.ndarray  # int8[W, n, P], frames in a row without a report, up to PATIENCE: there is none
+    clock: np.ndarray  # int64[W], frames since the episode began
 
     def __init__(self, n: int | None, speed: float | None, frame: str, knowledge: str | None):
         super().__init__(knowledge)
@@ -52,8 +54,10 @@ class PlacedPhantoms(View):
         table, learners = action_table(context.scenario), context.agents
         self._injections, self._suppressions = table["injections"], table["suppressions"]
         self._detections = context.observation_table["detections"].slice
-        self.phantoms = self._count(context)
+        self.phantoms, self._slots = self._count(context)
+        self._turns = -(-self.phantoms // max(self._slots, 1))
         shape = (len(context.worlds), len(learners), self.phantoms)
+        self.clock = np.zeros(shape[0], dtype=np.int64)
         self.place, self.silent = np.zeros(shape, np.complex64), np.full(shape, PATIENCE, np.int8)
         reach = context.observation_table.scales.reach[learners]
         self._fovs, self._reach = Fovs.of(context.scenario, learners), reach[:, None]
@@ -69,16 +73,15 @@ class PlacedPhantoms(View):
         self._step = (self._metres_per_frame(context.scenario) / reach).astype(np.float32)[:, None]
         return 3 * self.phantoms
 
-    def _count(self, context: PolicyContext) -> int:
-        """Phantoms per learner."""
-        slots = context.scenario.injection.slots
-        if self.n is None:
-            budgets = [context.scenario.agent(int(k)).budget.injections for k in context.agents]
-            return min(max(budgets), slots)
-        if self.n > slots:
-            where = f"the injection slots of scenario {context.scenario.name!r}"
-            raise refuse(self.name, "n", self.n, f"at most {slots}, {where}")
-        return self.n
+    def _count(self, context: PolicyContext) -> tuple[int, int]:
+        """Phantoms per learner, and the slots that they share."""
+        budgets = [context.scenario.agent(int(k)).budget.injections for k in context.agents]
+        slots = min(max(budgets), context.scenario.injection.slots)
+        n = slots if self.n is None else self.n
+        if n > MOST_TURNS * slots:
+            most = f"at most {MOST_TURNS * slots}, {MOST_TURNS} by turns in each of {slots} injection slots"
+            raise refuse(self.name, "n", n, f"{most} of scenario {context.scenario.name!r}")
+        return n, slots
 
     def _metres_per_frame(self, scenario: Scenario) -> float:
         if self.speed is not None:
@@ -88,7 +91,7 @@ class PlacedPhantoms(View):
         return math.sqrt(scenario.tracker.initial_velocity_variance) * scenario.dt
 
     def begin(self, mask: np.ndarray) -> None:
-        self.place[mask], self.silent[mask] = 0.0, PATIENCE
+        self.place[mask], self.silent[mask], self.clock[mask] = 0.0, PATIENCE, 0
 
     def observe(self, observations: np.ndarray) -> np.ndarray:
         seen = super().observe(observations)
@@ -133,18 +136,29 @@ class PlacedPhantoms(View):
         share = self._step / np.maximum(np.abs(way), np.maximum(self._step, _TINY))
         share[self.silent == PATIENCE] = 1.0
         self.place += share * way
-        self.silent[...] = np.where(reported, np.int8(0), np.minimum(self.silent + np.int8(1), PATIENCE))
+        silent = np.where(reported, np.int8(0), np.minimum(self.silent + np.int8(1), PATIENCE))
+        self.silent[...] = np.where(self._due(), silent, self.silent)
+
+    def _due(self) -> np.ndarray:
+        """Which phantoms have their turn in the present frame, bool[W, 1, P]."""
+        turn = np.arange(self.phantoms) // max(self._slots, 1)
+        return (turn == (self.clock % self._turns)[:, None])[:, None]
 
     def actions(self, suppress: np.ndarray) -> np.ndarray:
-        """Raw actions float32[W, n, A]: the phantoms that are not silent, and suppress[W, n, D]."""
+        """Raw actions float32[W, n, A]: the phantoms whose turn it is and that are not silent, and
+        suppress[W, n, D].
+        """
         w, n, phantoms = self.silent.shape
+        place, slots = self.place * self._turn, np.zeros((w, n, self._turns * self._slots, 3), np.float32)
+        slots[..., :phantoms, 0] = self.silent == 0
+        slots[..., :phantoms, 1] = (place.real - self._middle.real) / self._half.real
+        slots[..., :phantoms, 2] = (place.imag - self._middle.imag) / self._half.imag
         out = np.zeros((w, n, self._action_size), dtype=np.float32)
-        out[..., 0 : 3 * phantoms : 3] = self.silent == 0
-        place = self.place * self._turn
-        out[..., 1 : 3 * phantoms : 3] = (place.real - self._middle.real) / self._half.real
-        out[..., 2 : 3 * phantoms : 3] = (place.imag - self._middle.imag) / self._half.imag
+        by_turn = slots.reshape(w, n, self._turns, -1)
+        out[..., : by_turn.shape[-1]] = by_turn[np.arange(w), :, self.clock % self._turns]
         np.clip(out, -1.0, 1.0, out=out)
         out[..., self._suppressions] = suppress
+        self.clock += 1
         return out
 
     def detections(self, observations: np.ndarray) -> Places:
