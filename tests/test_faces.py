@@ -156,24 +156,6 @@ def test_adversaries_read_each_other_and_benign_agents_nobody():
         observations, *_ = env.step(actions_of(env, rng))
 
 
-def test_one_kernel_serves_all_faces():
-    from trust_env import engine
-
-    for venv in (
-        trust_env.vector_env("trio", "trust", num_worlds=40),
-        trust_env.vector_env("case1", Remembers()),
-    ):
-        venv.reset(seed=1)
-        venv.step(np.zeros(venv.arrays.action.shape))
-        venv.close()
-    env = trust_env.parallel_env("patrol", "majority")
-    env.reset(seed=1)
-    env.step(honest(env))
-    trust_env.FusionCentre("case1").update([[]] * 3)
-    trust_env.replay_evidence([], n_agents=2)
-    assert len(engine.advance.kernel.signatures) <= 1  # 0 without the compiler
-
-
 @pytest.mark.core
 @pytest.mark.nojit
 def test_rewards_by_hand():

@@ -11,8 +11,9 @@ import numpy as np
 from trust_env.core.edit import edit_reports
 from trust_env.core.evidence import gather_evidence
 from trust_env.core.frame import begin_frame, delete_tracks, start_episode, track_centrally, track_locally
-from trust_env.core.jit import Entry, compiled
-from trust_env.core.layout import F, World, flags1, floats1, ints1, whole
+from trust_env.core.jit import compiled
+from trust_env.core.layout import F, World, flags1, floats1, ints1, ints_at, whole
+from trust_env.core.native import NativeKernel
 from trust_env.core.outcome import REMOVE as REMOVE_DISTRUSTED
 from trust_env.core.outcome import WEIGHT, publish_picture, score_picture
 from trust_env.core.score import CONFIRMED
@@ -123,23 +124,27 @@ def _run_stage(world, stage):
         observe(world)
 
 
-def _advance(rows, params, scratch, layout, first, last, stages):
-    stage = START
+def _advance(batch, first, last, stages):
+    addresses, stage = ints_at(batch, 5), START
+    rows, row_bytes, params, scratch, layout = (
+        addresses[0],
+        addresses[1],
+        addresses[2],
+        addresses[3],
+        addresses[4],
+    )
     while stage <= OBSERVE:  # stage by stage over all worlds: a stage's code stays in the instruction cache
         if stages & stage:
             for w in range(first, last):
-                world = World(
-                    np.int64(rows[w].ctypes.data),
-                    np.int64(params.ctypes.data),
-                    np.int64(scratch.ctypes.data),
-                    np.int64(layout.ctypes.data),
-                )
+                world = World(rows + w * row_bytes, params, scratch, layout)
                 if ints1(world, F.active)[0] != 0:
                     _run_stage(world, stage)
         stage <<= 1
 
 
-advance = Entry(_advance, announced=True)
-"""advance(rows uint8[W, ·], params uint8[·], scratch uint8[·], layout int64[·, 6], first, last, stages):
-worlds first to last - 1.
+advance = NativeKernel(_advance)
+"""advance(batch, first, last, stages): worlds first to last - 1 of a batch.
+
+batch is the address of five int64: where rows uint8[W, ·] begin and how long they are, where params uint8[·],
+scratch uint8[·] and layout int64[·, 6] begin.
 """

@@ -84,6 +84,11 @@ class Worlds:
         self.rows = rows if rows.size else np.zeros((self.num_worlds, layout.row_bytes), dtype=np.uint8)
         self.arrays = Arrays(self.pack, self.rows)
         self.scratch = np.zeros((self.threads, layout.scratch_bytes), dtype=np.uint8)
+        first, params, table = (a.ctypes.data for a in (self.rows, self.pack.params, layout.table))
+        self._batches = np.array(
+            [(first, layout.row_bytes, params, s.ctypes.data, table) for s in self.scratch], dtype=np.int64
+        )
+        self._batch_of = [batch.ctypes.data for batch in self._batches]  # by thread
         self.arrays.dt[...] = self.scenario.dt
         self.arrays.active[...] = 1
         self._pool: ThreadPoolExecutor | None = None
@@ -125,23 +130,13 @@ class Worlds:
     def run(self, stages: int) -> None:
         """Run stages of a frame in all active worlds."""
         if self.threads == 1:
-            engine.advance(
-                self.rows,
-                self.pack.params,
-                self.scratch[0],
-                self.pack.layout.table,
-                0,
-                self.num_worlds,
-                stages,
-            )
+            engine.advance(self._batch_of[0], 0, self.num_worlds, stages)
         else:
             self._run_threads(stages)
 
     def _run_threads(self, stages: int) -> None:
         if not engine.advance.ready:
-            engine.advance(
-                self.rows, self.pack.params, self.scratch[0], self.pack.layout.table, 0, 0, stages
-            )  # compile once
+            engine.advance(self._batch_of[0], 0, 0, stages)  # compile once
         if self._pool is None or self._pool_owner != os.getpid():  # threads do not survive a fork
             self._pool = ThreadPoolExecutor(self.threads - 1, thread_name_prefix="trust-env")
             self._pool_owner = os.getpid()
@@ -156,9 +151,7 @@ class Worlds:
             if first >= self.num_worlds:
                 return
             last = min(first + _CHUNK, self.num_worlds)
-            engine.advance(
-                self.rows, self.pack.params, self.scratch[thread], self.pack.layout.table, first, last, stages
-            )
+            engine.advance(self._batch_of[thread], first, last, stages)
 
     def start(self, worlds: np.ndarray) -> None:
         """Begin an episode in the worlds where `worlds` (bool[W]) is set; their seed, world_id and episode

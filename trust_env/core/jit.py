@@ -9,18 +9,20 @@ import hashlib
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import numba
+from llvmlite.binding import Linkage
 from numba.core import config
 from numba.core.codegen import JITCodeLibrary
 from numba.core.registry import cpu_target
+from numba.core.targetconfig import TargetConfig
 from numba.core.types import unliteral
 from numba.cpython import slicing
 
-_OPTIONS: dict[str, Any] = {
+OPTIONS: dict[str, Any] = {
     "fastmath": {"contract", "arcp"},
     "nogil": True,
     "error_model": "numpy",
@@ -28,7 +30,7 @@ _OPTIONS: dict[str, Any] = {
     "_nrt": False,
 }
 _CONFIG: Any = config
-_JIT_OFF = bool(_CONFIG.DISABLE_JIT)
+JIT_OFF, BOUNDSCHECK = bool(_CONFIG.DISABLE_JIT), bool(_CONFIG.BOUNDSCHECK)
 
 
 def compiled(function: Any, inlined: bool = False) -> Any:
@@ -38,9 +40,9 @@ def compiled(function: Any, inlined: bool = False) -> Any:
     generated for calls from Python; and a kernel is only translated here, to be optimised once with the whole
     entry that it is linked into. An index counts from the start only: -1 is out of range, not the last.
     """
-    options: dict[str, Any] = {**_OPTIONS, "no_cpython_wrapper": True, "forceinline": inlined}
+    options: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True, "forceinline": inlined}
     kernel = numba.njit(**options)(function)
-    if _JIT_OFF:
+    if JIT_OFF:
         return kernel
     resolve = kernel.get_call_template
 
@@ -60,21 +62,56 @@ def inlined(function: Any) -> Any:
 
 
 class _LinkOnlyLibrary(JITCodeLibrary):
-    """Code that is linked into other code, but neither optimised nor turned into machine code by itself."""
+    """Code that is linked into other code, but neither optimised nor turned into machine code by itself, nor
+    linked with what it calls before there is an entry to link it all into.
+    """
 
     def _optimize_functions(self, ll_module: Any) -> None:
         ll_module.data_layout = self._codegen._data_layout
 
-    def _optimize_final_module(self) -> None:
-        pass
-
-    def _finalize_final_module(self) -> None:
+    def finalize(self) -> None:
+        self._raise_if_finalized()
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage == Linkage.external:
+                function.linkage = "linkonce_odr"
         self._finalize_dynamic_globals()
         self._finalized = True
+
+    def _get_module_for_linking(self) -> Any:
+        """For somebody else's code, which calls a function of Numba's that was first met here."""
+        if self._shared_module is None:
+            module = self._final_module.clone()
+            _link(module, self._linking_libraries)
+            self._shared_module = module
+        return self._shared_module
 
     def get_pointer_to_function(self, name: str) -> int:
         self._ensure_finalized()
         return 0
+
+
+class _EntryLibrary(JITCodeLibrary):
+    """The code of an entry, linked with all that it calls at once."""
+
+    def finalize(self) -> None:
+        _link(self._final_module, self._linking_libraries)
+        self._linking_libraries = []
+        super().finalize()
+
+
+def _link(module: Any, libraries: list[Any]) -> None:
+    """Link libraries, and those that they call, into a module."""
+    waiting, seen = list(libraries), set[Any]()
+    while waiting:
+        library = waiting.pop()
+        if library in seen:
+            continue
+        seen.add(library)
+        if isinstance(library, _LinkOnlyLibrary):
+            waiting.extend(library._linking_libraries)
+            module.link_in(library._final_module, preserve=True)
+        else:
+            module.link_in(library._get_module_for_linking(), preserve=True)
 
 
 @contextmanager
@@ -107,59 +144,60 @@ def source_stamp() -> str:
 
 
 @contextmanager
-def _short_loops() -> Iterator[None]:
-    """Loops over a handful of tracks gain nothing from vectors: without, they are compiled sooner."""
-    outer, _CONFIG.LOOP_VECTORIZE = _CONFIG.LOOP_VECTORIZE, 0
+def compiling_sooner() -> Iterator[None]:
+    """Loops over a handful of tracks gain nothing from vectors; and each time that it looks for a function,
+    Numba compares all its options, where comparing those that were set says the same.
+    """
+    config: Any = TargetConfig
+    context: Any = cpu_target.target_context
+    codegen = context.codegen()
+    outer = _CONFIG.LOOP_VECTORIZE, config.__eq__, config.__hash__, codegen._library_class
+    equal, hashed = outer[1], {kind: hash(kind()) for kind in config.__subclasses__()}
+
+    def equals(self: Any, other: Any) -> Any:
+        return (type(self) is type(other) and self._values == other._values) or equal(self, other)
+
+    _CONFIG.LOOP_VECTORIZE, config.__eq__, config.__hash__ = 0, equals, lambda self: hashed[type(self)]
+    codegen._library_class, collecting = _EntryLibrary, gc.isenabled()
+    gc.disable()  # a compiler makes few cycles and very many objects
     try:
         yield
     finally:
-        _CONFIG.LOOP_VECTORIZE = outer
+        if collecting:
+            gc.enable()
+        _CONFIG.LOOP_VECTORIZE, config.__eq__, config.__hash__, codegen._library_class = outer
+
+
+@contextmanager
+def announced() -> Iterator[None]:
+    """Say on the screen that a compilation, which is long, is under way, and when it is done."""
+    print(
+        "trust-env: compiling the simulator (once per installation, about 20 s) ...",
+        file=sys.stderr,
+        flush=True,
+    )
+    start = time.perf_counter()
+    yield
+    print(f"trust-env: compiled in {time.perf_counter() - start:.1f} s", file=sys.stderr, flush=True)
 
 
 class Entry:
-    """A kernel that Python calls: compiled at its first call, cached on disk, and says so on the screen while
-    it compiles.
-    """
+    """A small kernel that Python calls with arrays: compiled at its first call, cached on disk by Numba."""
 
-    def __init__(self, function: Any, announced: bool = False):
-        self.kernel: Any = numba.njit(**_OPTIONS)(function)
-        self.ready = _JIT_OFF
-        self.announced = announced
+    def __init__(self, function: Any):
+        self.kernel: Any = numba.njit(**OPTIONS)(function)
+        self.ready = JIT_OFF
 
     def __call__(self, *args: Any) -> Any:
-        if not self.ready:
-            return self._first_call(*args)
-        return self.kernel(*args)
-
-    def _first_call(self, *args: Any) -> Any:
-        fresh = self._enable_cache() and self.announced
-        if fresh:
-            print(
-                "trust-env: compiling the simulator (once per installation, about 20 s) ...",
-                file=sys.stderr,
-                flush=True,
-            )
-        start, collecting = time.perf_counter(), gc.isenabled()
-        gc.disable()  # a compiler makes few cycles and very many objects
-        try:
-            with _short_loops():
-                result = self.kernel(*args)
-        finally:
-            if collecting:
-                gc.enable()
-        if fresh:
-            print(f"trust-env: compiled in {time.perf_counter() - start:.1f} s", file=sys.stderr, flush=True)
+        if self.ready:
+            return self.kernel(*args)
+        self._enable_cache()
+        with compiling_sooner():
+            result = self.kernel(*args)
         self.ready = True
         return result
 
-    def _enable_cache(self) -> bool:
-        """Attach the disk cache; True when it holds nothing to load (so that the call that follows will
-        compile).
-        """
-        try:
+    def _enable_cache(self) -> None:
+        with suppress(RuntimeError, OSError):  # no writable place for a cache: compile every time
             self.kernel.enable_caching()
-            file = self.kernel._cache._cache_file
-            file._source_stamp = source_stamp()
-            return not file._load_index()
-        except (RuntimeError, OSError, AttributeError):  # no writable place for a cache: compile every time
-            return True
+            self.kernel._cache._cache_file._source_stamp = source_stamp()

@@ -17,6 +17,7 @@ from __future__ import annotations
 import ctypes
 from collections import namedtuple
 from collections.abc import Mapping
+from types import ModuleType
 from typing import Any
 
 import numba
@@ -127,10 +128,12 @@ _ALL = [
     for buffer, fields in ((ROW, ROW_FIELDS), (PARAMS, PARAM_FIELDS), (SCRATCH, SCRATCH_FIELDS))
     for name, kind in fields.items()
 ]
-_NAMES: Any = [name for name, _, _ in _ALL]
-Fields: Any = namedtuple("Fields", _NAMES)
-F = Fields(*range(len(_NAMES)))
-N_FIELDS = len(_NAMES)
+N_FIELDS = len(_ALL)
+# A module, as its attributes are constants for the compiler, and a tuple of this length takes it long.
+F: Any = ModuleType(
+    "trust_env.core.layout.F", "The fields by name, `F.track_mean`; numbers, in the order of the tables."
+)
+F.__dict__.update({name: index for index, (name, _, _) in enumerate(_ALL)})
 
 World = namedtuple("World", "row params scratch layout")  # addresses
 
@@ -279,6 +282,22 @@ def _tracker_view_in_kernel(dtype: Any, ndim: int) -> Any:
     return intrinsic(view)
 
 
+@intrinsic
+def _ints_at_in_kernel(typingctx, address, count):
+    """`int64[count]` at an address."""
+    array_type = _array_type(np.int64, 1)
+
+    def codegen(context, builder, signature, args):
+        return _build_array(context, builder, array_type, ir.IntType(64)(8), args[0], [args[1]])
+
+    return array_type(types.int64, types.int64), codegen
+
+
+def _ints_at_in_python(address: int, count: int) -> np.ndarray:
+    memory: Any = (ctypes.c_int64 * count).from_address(int(address))
+    return np.frombuffer(memory, np.int64)
+
+
 def _view_in_python(dtype: Any, ndim: int) -> Any:
     """The same as `_view_in_kernel` without the compiler (NUMBA_DISABLE_JIT=1)."""
 
@@ -308,6 +327,7 @@ floats1, floats2, floats3, floats4 = (_view(np.float64, ndim) for ndim in (1, 2,
 ints1, ints2 = (_view(np.int64, ndim) for ndim in (1, 2))
 flags1, flags2 = (_view(np.bool_, ndim) for ndim in (1, 2))
 singles2 = _view(np.float32, 2)
+ints_at: Any = _ints_at_in_python if _JIT_OFF else _ints_at_in_kernel
 bytes1, bytes2 = (_view(np.uint8, ndim) for ndim in (1, 2))  # for their shapes
 tracker_floats1, tracker_floats2, tracker_floats3 = (_tracker_view(np.float64, ndim) for ndim in (1, 2, 3))
 tracker_ints1, tracker_flags1 = _tracker_view(np.int64, 1), _tracker_view(np.bool_, 1)
