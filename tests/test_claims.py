@@ -38,14 +38,16 @@ def injected_tracks_shown(defense: str, attack: str = "false_positive", worlds: 
 @pytest.mark.skipif(not DATA.is_file(), reason="the recording in ../shared/data is not there")
 def test_trust_hides_what_as_many_honest_agents_contradict_and_score_hides_nothing():
     reporters, observers = np.indices((4, 6))
-    outnumbered = (reporters >= 1) & (observers >= reporters)
-    share = {}
-    for defense in ("score", "trust"):
-        confirmed, shown = injected_tracks_shown(defense)[outnumbered].sum(0)
-        assert confirmed > 1000
-        share[defense] = shown / confirmed
-    assert share["score"] == 1.0
-    assert share["trust"] < 0.2  # most of what is left are young tracks
+    even = (reporters >= 1) & (observers == reporters)
+    outnumbered = (reporters >= 1) & (observers > reporters)
+    counts = {defense: injected_tracks_shown(defense, worlds=20) for defense in ("score", "trust")}
+    for fewer, least in ((even, 4000), (outnumbered, 400)):
+        confirmed, shown = counts["score"][fewer].sum(0)
+        assert shown == confirmed > least
+    confirmed, shown = counts["trust"][even].sum(0)
+    assert shown < 0.25 * confirmed  # most of what is left are young tracks
+    confirmed, shown = counts["trust"][outnumbered].sum(0)
+    assert shown < 0.01 * confirmed
 
 
 @pytest.mark.skipif(not DATA.is_file(), reason="the recording in ../shared/data is not there")
