@@ -35,8 +35,12 @@ class GroupedCategorical(MultiCategoricalDistribution):
         return th.stack([-(p.exp() * p).sum(dim=(1, 2)) for p in self._log_probs]).sum(dim=0)
 
     def sample(self) -> th.Tensor:
-        """Of exponential waiting times, the shortest is drawn in proportion to its rate."""
-        drawn = [(p.exp() / th.empty_like(p).exponential_()).argmax(dim=-1) for p in self._log_probs]
+        """One uniform number for each choice, looked up among the sums of the probabilities."""
+        drawn = []
+        for log_probs, (size, _) in zip(self._log_probs, self._groups):
+            sums = log_probs.exp().cumsum(dim=-1)
+            level = sums[..., -1:] * th.rand(*sums.shape[:-1], 1)
+            drawn.append((sums <= level).sum(dim=-1).clamp(max=size - 1))
         return th.cat(drawn, dim=1)
 
     def mode(self) -> th.Tensor:

@@ -7,7 +7,7 @@ from typing import Any
 from training.speed.peers import require
 from training.speed.stopwatch import Run
 
-FRAMES = 16  # of every learner in a rollout: with all learners, one batch of the default size
+FRAMES = 16  # of every learner in a rollout: shorter than by default, but as many batches for each frame
 
 
 def train_subject() -> Run:
