@@ -66,6 +66,14 @@ def share_or_none(policy: str, name: str, value: Any, meaning: str) -> float | N
     return number
 
 
+def length(policy: str, name: str, value: Any, unit: str) -> float:
+    """A number of at least 0."""
+    number = _finite(value)
+    if number is None or number < 0.0:
+        raise refuse(policy, name, value, f"a number of at least 0 ({unit})")
+    return number
+
+
 def length_or_none(policy: str, name: str, value: Any, unit: str, meaning: str) -> float | None:
     """A number of at least 0, or None, which means what `meaning` says."""
     number = _finite(value)

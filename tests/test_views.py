@@ -12,14 +12,13 @@ from gymnasium.spaces import Box, MultiDiscrete
 from agents import PolicyContext
 from agents.geometry import Fovs
 from agents.views import DEFAULT_VIEW, VIEWS, View, build_view
-from agents.views.placed import PATIENCE
 from trust_env.core.edit import INJECTION_ORIGIN
 from trust_env.scenario import load_scenario
 from trust_env.vector import VectorEnv, vector_env
 
 pytestmark = pytest.mark.core
 
-VARIANTS = [*VIEWS, "phantoms(n=2, speed=0, frame=area)", "grid(g=3, n=1, frame=area)"]
+VARIANTS = [*VIEWS, "phantoms(n=2, speed=0, frame=area)", "grid(g=3, n=7, speed=5, frame=area)"]
 SHAPES: dict[str, Any] = {
     "circle": {"radius": 350.0},
     "sector": {"type": "sector", "radius": 400.0, "heading": 0.7, "width": 1.9},
@@ -104,43 +103,54 @@ def test_raw_view_changes_nothing() -> None:
 
 
 def pointing(x: float, y: float, report: float = 1.0, radius: float = -1.0) -> np.ndarray:
-    """Choices for both adversaries of patrol in one world: only their first phantom is reported."""
+    """Choices for both adversaries of patrol in one world: only their first phantom is there. It appears at
+    (x, y) FOV radii, its own point being (1, 1) / sqrt(8).
+    """
     choices = np.zeros((1, 2, 15), dtype=np.float32)
     choices[..., 0:12:3] = -1.0
-    choices[..., :3] = report, x, y
+    choices[..., 0], choices[..., 1:3] = report, (np.array([x, y]) - np.sqrt(0.125)) / 3.0
     choices[..., 12:] = 0.0, 0.0, radius
     return choices
 
 
-def test_a_phantom_appears_where_the_policy_points_and_then_follows_at_its_speed() -> None:
+def off_agent(env: VectorEnv, k: int) -> np.ndarray:
+    """Where agent k of world 0 injected in the last frame, relative to it: [n, 2] m."""
+    return injected(env, k) - env.arrays.pose[0, k, :2]
+
+
+def test_a_phantom_appears_where_the_policy_points_and_stays() -> None:
+    env, view = patrol("phantoms(frame=area)")
+    for x, y in ((0.6, 0.0), (-0.6, 0.3), (0.0, -0.9)):
+        actions = play(env, view, pointing(x, y))
+        np.testing.assert_allclose(actions[0, 0, :3], [1.0, 0.6, 0.0], atol=1e-6)
+        assert (actions[0, 0, 3:12:3] <= 0.0).all()
+        np.testing.assert_allclose(off_agent(env, 0), [[210.0, 0.0]], atol=1e-3)
+
+
+def test_a_phantom_is_steered_at_its_speed() -> None:
     env, view = patrol("phantoms(speed=7, frame=area)")
-    actions = play(env, view, pointing(0.6, 0.0))
-    np.testing.assert_allclose(actions[0, 0, :3], [1.0, 0.6, 0.0], atol=1e-6)
-    assert (actions[0, 0, 3:12:3] <= 0.0).all()
-    place = env.arrays.pose[0, 0, :2] + [0.6 * 350.0, 0.0]
-    np.testing.assert_allclose(injected(env, 0), [place], atol=1e-3)
-    for frame in range(1, 4):  # pointed back along the x axis: 7 m in every frame
-        play(env, view, pointing(-0.6, 0.0))
-        np.testing.assert_allclose(injected(env, 0), [place - [7.0 * frame, 0.0]], atol=1e-3)
-    play(env, view, pointing(0.6 - 20.0 / 350.0, 0.0))  # 1 m away: it arrives
-    np.testing.assert_allclose(injected(env, 0), [place - [20.0, 0.0]], atol=1e-3)
+    play(env, view, pointing(0.6, 0.0))
+    choices = pointing(0.0, 0.0)
+    for frame, (x, y) in enumerate([(-1.0, 0.0), (0.0, 0.5), (0.0, 0.0)]):
+        choices[..., 1:3] = x, y
+        play(env, view, choices)
+        expected = [[203.0, 0.0], [203.0, 3.5], [203.0, 3.5]][frame]
+        np.testing.assert_allclose(off_agent(env, 0), [expected], atol=1e-3)
 
 
-def test_phantoms_stay_where_they_appear_without_speed_and_follow_slow_targets_by_default() -> None:
-    for view, metres in (("phantoms(speed=0, frame=area)", 0.0), ("phantoms(frame=area)", 3.0)):
-        env, made = patrol(view)
-        play(env, made, pointing(0.5, 0.5))
-        first = injected(env, 1)
-        play(env, made, pointing(-0.5, 0.5))
-        np.testing.assert_allclose(first - injected(env, 1), [[metres, 0.0]], atol=1e-3)
+def test_actions_of_zero_place_phantoms_apart() -> None:
+    env, view = patrol("phantoms(frame=area)")
+    play(env, view, np.zeros((1, 2, 15), dtype=np.float32))
+    corner = 350.0 * np.sqrt(0.125)
+    corners = [[corner, corner], [-corner, corner], [-corner, -corner], [corner, -corner]]
+    np.testing.assert_allclose(off_agent(env, 1), corners, atol=1e-2)
 
 
 def test_the_edge_of_the_fov_can_be_reached_and_nothing_beyond() -> None:
     for x, y in ((1.0, 0.0), (0.0, -1.0), (1.0, 1.0), (-1.0, 0.7)):
         env, view = patrol("phantoms(frame=area)")
         play(env, view, pointing(x, y))
-        off = injected(env, 0)[0] - env.arrays.pose[0, 0, :2]
-        np.testing.assert_allclose(off, 350.0 * np.array([x, y]) / np.hypot(x, y), atol=1e-2)
+        np.testing.assert_allclose(off_agent(env, 0)[0], 350.0 * np.array([x, y]) / np.hypot(x, y), atol=1e-2)
 
 
 @pytest.mark.parametrize("fov", SHAPES)
@@ -152,8 +162,9 @@ def test_any_fov_reports_what_the_view_has_placed(fov: str, view: str) -> None:
     reach = env.observation_table.scales.reach[0]
     agreeing = 0
     for frame in range(40):
-        play(env, made, drawn(made, 1, frame))
-        there = made_phantoms.place[0, 0][made_phantoms.silent[0, 0] == 0].astype(np.complex128) * reach
+        choices = drawn(made, 1, frame)
+        play(env, made, 0.2 * choices if isinstance(made.action_space, Box) else choices)
+        there = made_phantoms.place[0, 0][made_phantoms.there[0, 0]].astype(np.complex128) * reach
         placed = env.arrays.pose[0, 0, :2] + np.stack([there.real, there.imag], axis=-1)
         off = np.linalg.norm(placed - injected(env, 0), axis=-1)
         x, y, heading = env.arrays.pose[0, 0]
@@ -164,19 +175,40 @@ def test_any_fov_reports_what_the_view_has_placed(fov: str, view: str) -> None:
     assert agreeing >= 5
 
 
-def test_a_withdrawn_phantom_fades_is_gone_and_appears_anew() -> None:
+def test_a_withdrawn_phantom_is_gone_and_appears_anew() -> None:
     env, view = patrol("phantoms(frame=area)")
-    play(env, view, pointing(0.5, 0.0, report=-0.4))  # noise about a choice to report it does not withdraw it
-    assert len(injected(env, 0)) == 1
-    presence = []
-    for _ in range(PATIENCE):
-        play(env, view, pointing(0.5, 0.0, report=-0.6))
-        assert len(injected(env, 0)) == 0
-        presence.append(view.observe(env.arrays.observation[:, ADVERSARIES])[0, 0, -10])
-    np.testing.assert_allclose(presence, 1.0 - np.arange(1, PATIENCE + 1) / PATIENCE, atol=1e-6)
-    play(env, view, pointing(-0.9, 0.0))
-    off = injected(env, 0)[0] - env.arrays.pose[0, 0, :2]
-    np.testing.assert_allclose(off, [-0.9 * 350.0, 0.0], atol=1e-2)
+    for report, x, reports in ((-0.7, 0.5, 0.5), (-0.9, 0.5, None), (-0.9, 0.2, None), (0.0, -0.9, -0.9)):
+        play(env, view, pointing(x, 0.0, report))
+        expected = [] if reports is None else [[350.0 * reports, 0.0]]
+        np.testing.assert_allclose(off_agent(env, 0).reshape(-1, 2), np.reshape(expected, (-1, 2)), atol=1e-2)
+        seen = view.observe(env.arrays.observation[:, ADVERSARIES])[0, 0, -12:-9]
+        np.testing.assert_allclose(seen, [0, 0, 0] if reports is None else [0.8 * reports, 0, 1], atol=1e-6)
+
+
+def test_more_phantoms_than_slots_take_turns() -> None:
+    env, view = patrol("phantoms(n=6, frame=area)")
+    choices, places = np.zeros((1, 2, 21), dtype=np.float32), []
+    for _ in range(5):
+        play(env, view, choices)
+        places.append(off_agent(env, 0))
+    assert [len(p) for p in places] == [4, 2, 4, 2, 4]
+    np.testing.assert_array_equal(places[0], places[2])
+    np.testing.assert_array_equal(places[1], places[3])
+    angles = np.degrees(np.arctan2(*np.concatenate(places[:2]).T[::-1])) % 360
+    np.testing.assert_allclose(angles, [30, 90, 150, 210, 270, 330], atol=1e-3)
+    choices[..., 0::3][..., :6] = -1.0  # withdrawn, each when its turn comes
+    play(env, view, choices)
+    there = view.observe(env.arrays.observation[:, ADVERSARIES])[0, 0, -16::3]
+    np.testing.assert_array_equal(there, [1, 1, 1, 1, 0, 0])
+
+
+def test_without_injections_there_is_only_suppression() -> None:
+    env, view = patrol("phantoms", injection={"adversary": 0})
+    assert view.action_space == Box(-1.0, 1.0, (3,), np.float32)
+    assert not play(env, view, np.zeros((1, 2, 3), dtype=np.float32))[..., :12].any()
+    env, view = patrol("grid", injection={"slots": 0})
+    assert view.action_space == MultiDiscrete([4])
+    play(env, view, np.zeros((1, 2, 1), dtype=np.int64))
 
 
 def test_a_learner_sees_its_phantoms_scaled_as_its_report_is() -> None:
@@ -221,19 +253,25 @@ def chosen(first: int, suppress: int = 0) -> np.ndarray:
 
 def test_grid_points_keep_and_withdraw() -> None:
     env, view = patrol("grid(g=5, frame=area)")
-    play(env, view, chosen(0))  # there is nothing to keep
-    assert len(injected(env, 0)) == 0
-    play(env, view, chosen(2 + 5 * 4 + 2))  # the highest x, the middle of y
-    place = injected(env, 0)
-    np.testing.assert_allclose(place - env.arrays.pose[0, 0, :2], [[350.0, 0.0]], atol=1e-2)
-    play(env, view, chosen(0))
-    np.testing.assert_array_equal(injected(env, 0), place)
-    play(env, view, chosen(2 + 5 * 0 + 2))  # the lowest x: 3 m on the way there
-    np.testing.assert_allclose(injected(env, 0) - place, [[-3.0, 0.0]], atol=1e-3)
-    play(env, view, chosen(1))
-    assert len(injected(env, 0)) == 0
-    play(env, view, chosen(2 + 5 * 2 + 0))  # gone, so that it appears at once at the lowest y
-    np.testing.assert_allclose(injected(env, 0) - env.arrays.pose[0, 0, :2], [[0.0, -350.0]], atol=1e-2)
+    for choice, expected in (
+        (0, []),  # there is nothing to keep
+        (2 + 5 * 4 + 2, [[350.0, 0.0]]),  # the highest x, the middle of y
+        (0, [[350.0, 0.0]]),
+        (2 + 5 * 0 + 2, [[350.0, 0.0]]),
+        (1, []),
+        (2 + 5 * 1 + 3, [[-175.0, 175.0]]),
+        (1, []),
+        (2 + 5 * 2 + 0, [[0.0, -350.0]]),  # the lowest y
+    ):
+        play(env, view, chosen(choice))
+        np.testing.assert_allclose(off_agent(env, 0).reshape(-1, 2), np.reshape(expected, (-1, 2)), atol=1e-2)
+
+
+def test_grid_points_steer_where_there_is_speed() -> None:
+    env, view = patrol("grid(g=5, speed=4, frame=area)")
+    for choice, x in ((2 + 5 * 3 + 2, 175.0), (2 + 5 * 0 + 2, 171.0), (0, 171.0), (2 + 5 * 1 + 2, 169.0)):
+        play(env, view, chosen(choice))
+        np.testing.assert_allclose(off_agent(env, 0), [[x, 0.0]], atol=1e-3)
 
 
 def test_grid_suppresses_none_near_far_or_all() -> None:
@@ -330,7 +368,8 @@ def test_worlds_that_begin_an_episode_forget_and_the_others_do_not() -> None:
         ("phantom", "unknown view 'phantom'; did you mean 'phantoms'"),
         ("phantoms(m=3)", "view 'phantoms' has no parameter 'm'.*n, speed, frame, knowledge"),
         ("phantoms(n=0)", "phantoms: n = 0: expected a whole number of at least 1"),
-        ("phantoms(speed=-1)", "phantoms: speed = -1: expected a number of at least 0"),
+        ("phantoms(speed=-1)", r"phantoms: speed = -1: expected a number of at least 0 \(m/s\)"),
+        ("phantoms(frame=out)", "phantoms: frame = 'out': expected one of area, outward"),
         ("grid(g=1)", "grid: g = 1: expected a whole number of at least 2"),
         ("raw(knowledge=all)", "raw: knowledge = 'all': expected one of own, poses"),
         ("my_views.py:Mine", "unknown view 'my_views.py:Mine'"),
@@ -342,8 +381,8 @@ def test_unfit_names_and_parameters_are_refused(view: str, message: str) -> None
 
 
 def test_what_does_not_fit_the_scenario_is_refused() -> None:
-    with pytest.raises(ValueError, match="phantoms: n = 5: expected at most 4, the injection slots"):
-        patrol("phantoms(n=5)")
+    with pytest.raises(ValueError, match="phantoms: n = 9: expected at most 8, 2 by turns in each of 4"):
+        patrol("phantoms(n=9)")
     with pytest.raises(ValueError, match="grid: knowledge = 'poses': expected at most own"):
         patrol("grid(knowledge=poses)")
     with pytest.raises(TypeError, match="a view is a name"):

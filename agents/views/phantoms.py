@@ -6,24 +6,26 @@ import numpy as np
 from gymnasium.spaces import Box
 
 from agents.policy import PolicyContext
-from agents.views.placed import OUTWARD, PlacedPhantoms
+from agents.views.frame import OUTWARD, Places, over_fov
+from agents.views.placed import PlacedPhantoms
 
-WITHDRAWN = -0.5  # a phantom is not reported where `report` is below: rarely, when actions are drawn
-STRETCH = 1.0
-BASE = 0.5
+WITHDRAWN = -0.8  # `report` below it: drawn about 0, a phantom lives for some ten frames
+APART = 0.5  # radii of the FOV: actions of 0 point to this circle, each to its own place
+STRETCH = 3.0  # radii of the FOV: how far from there 1 points; drawn about 0, most are at the edge
 WIDEST = 2.0  # radius of the suppression disc at +1, in REACH radii of the FOV: it covers all
 
 
 class Phantoms(PlacedPhantoms):
     """`Box(-1, 1, (3P + 3,))`: per phantom [report, x, y], then the suppression disc [x, y, radius].
 
-    x and y point to a place over the bounding box of the own FOV. A phantom appears where they point, and
-    afterwards follows them at `speed`. While `report` < -0.5 it is not reported; after five such frames in a
-    row it is gone, and a new one may appear. Own detections inside the disc are suppressed; its radius goes
-    from 0 at -1 over a third of the FOV's at 0 to all of the FOV at +1.
+    A phantom appears three FOV radii times (x, y) from its own point of a circle of half the FOV's radius, or
+    on the FOV's edge before that. It stays there, or goes on by (x, y) times `speed`, until `report` is below
+    -0.8; then it is gone, and a new one may appear. Own detections inside the disc about (x, y), in radii,
+    are suppressed; its radius goes from 0 at -1 over a third of the FOV's at 0 to where it covers all.
 
-    n            phantoms per learner; None: the largest injection budget
-    speed        m/s, 0: they stay where they appear; None: as the slowest targets
+    n            phantoms per learner, at most two per injection slot; None: the largest injection budget
+    speed        m/s; 0: they stay where they appear
+    frame        outward | area: the directions of x and y
     knowledge    level whose fields a learner sees; None: the scenario's
     """
 
@@ -32,28 +34,35 @@ class Phantoms(PlacedPhantoms):
     def __init__(
         self,
         n: int | None = None,
-        speed: float | None = None,
+        speed: float = 0.0,
         frame: str = OUTWARD,
         knowledge: str | None = None,
     ):
         super().__init__(n, speed, frame, knowledge)
 
     def prepare(self, context: PolicyContext) -> int:
-        length = super().prepare(context)
+        size = super().prepare(context)
         self.action_space = Box(-1.0, 1.0, (3 * self.phantoms + 3,), np.float32)
-        return length
+        angle = 2.0 * np.pi * (np.arange(self.phantoms) + 0.5) / max(self.phantoms, 1)
+        self._apart = (APART * np.exp(1j * angle)).astype(np.complex64)
+        return size
 
     def act(self, choices: np.ndarray, observations: np.ndarray) -> np.ndarray:
         choices = np.clip(choices, -1.0, 1.0).astype(np.float32)
-        self.look(observations)
-        report, x, y = (choices[..., i:-3:3] for i in range(3))
-        a = 2 * np.pi * (np.arange(self.phantoms) + 0.5) / self.phantoms
-        bx, by = (BASE * np.cos(a)).astype(np.float32), (BASE * np.sin(a)).astype(np.float32)
-        self.move(self.over_fov(bx + STRETCH * x, by + STRETCH * y), report >= WITHDRAWN)
+        self.scene.look(observations)
+        report, steered = choices[..., 0:-3:3], _complex(choices[..., 1:-3:3], choices[..., 2:-3:3])
+        pointed = over_fov(self._apart + np.float32(STRETCH) * steered)
+        self.move(pointed, steered, report >= WITHDRAWN)
         return self.actions(self._covered(choices[..., -3:], observations))
 
     def _covered(self, disc: np.ndarray, observations: np.ndarray) -> np.ndarray:
         """Which own detections bool[W, n, D] lie inside the suppression discs [W, n, 3]."""
-        centre = self.over_fov(disc[..., 0:1], disc[..., 1:2])
+        centre = over_fov(_complex(disc[..., 0:1], disc[..., 1:2]))
         radius = np.float32(WIDEST) * (0.5 + 0.5 * disc[..., 2:]) ** 3
-        return np.abs(self.detections(observations) - centre) < radius
+        return np.abs(self.scene.detections(observations) - centre) < radius
+
+
+def _complex(x: np.ndarray, y: np.ndarray) -> Places:
+    out: Places = np.empty(x.shape, dtype=np.complex64)
+    out.real, out.imag = x, y
+    return out

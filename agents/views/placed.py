@@ -1,76 +1,52 @@
-"""Phantoms as views keep them: places that are pointed to, and reported frame after frame.
-
-A place is a complex number, x + iy.
-"""
+"""Phantoms as views keep them: placed once, and reported frame after frame."""
 
 from __future__ import annotations
 
-import math
-from typing import TypeAlias
-
 import numpy as np
 
-from agents.geometry import Fovs
-from agents.parameters import length_or_none, one_of, refuse, whole_or_none
+from agents.parameters import length, one_of, refuse, whole_or_none
 from agents.policy import PolicyContext
+from agents.views.frame import KINDS, Frame, Places, over_fov
 from agents.views.view import View
 from trust_env.action import action_table
 from trust_env.observation import REACH
-from trust_env.scenario import Scenario
 
-Places: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.complex64]]
-
-AREA, OUTWARD = FRAMES = ("area", "outward")
-PAIRS = frozenset(  # fields that are made of pairs: x and y, vx and vy, cos and sin
-    ["pose", "detections", "poses", "picture", "tracks", "shared_detections", "shared_reports"]
-)
-_TINY = np.float32(1e-30)  # no division by 0 where phantoms stay
-MOST_TURNS = 2  # phantoms that share a slot: tracks outlive a frame without a report, not two while tentative
-PATIENCE = 5  # frames in a row without a report after which a phantom is gone; the tracker drops it then too
+MOST_TURNS = 2  # phantoms per slot: a tentative track outlives one frame without a report, not two
 
 
 class PlacedPhantoms(View):
-    """A phantom appears where the learner points, and afterwards follows at `speed`: reported wherever it is,
-    so that the noise of exploration does not tear its track apart.
+    """A phantom appears where the learner points, and stays until it is withdrawn; with a `speed` it goes
+    where the learner steers it. So the noise of exploration does not tear its track apart. More phantoms than
+    injection slots take turns in them.
 
-    A learner sees, of every phantom, its place relative to the agent (as detections are scaled) and how
-    present it is: 1 reported, then less from frame to frame, 0 gone.
+    A learner sees, of every phantom, its place relative to the agent (as detections are scaled), and 1 where
+    there is one, else zeros. All is expressed in one frame of reference: see `agents.views.frame`.
     """
 
     hidden = frozenset({"role", "report", "report_mask"})  # the view's own state says it shorter
-    remembered = ("place", "silent", "clock")
+    remembered = ("place", "there", "clock")
 
-    place: Places  # complex64[W, n, P], x + iy relative to the agent, in REACH radii of its FOV
-    silent: np.ndarray  # int8[W, n, P], frames in a row without a report, up to PATIENCE: there is none
+    place: Places  # complex64[W, n, P], see `Frame`
+    there: np.ndarray  # bool[W, n, P], whether there is a phantom
     clock: np.ndarray  # int64[W], frames since the episode began
+    scene: Frame
 
-    def __init__(self, n: int | None, speed: float | None, frame: str, knowledge: str | None):
+    def __init__(self, n: int | None, speed: float, frame: str, knowledge: str | None):
         super().__init__(knowledge)
-        self.frame = one_of(self.name, "frame", frame, FRAMES)
         self.n = whole_or_none(self.name, "n", n, 1, "the largest injection budget")
-        self.speed = length_or_none(self.name, "speed", speed, "m/s", "as the slowest targets")
+        self.speed = length(self.name, "speed", speed, "m/s")
+        self.frame = one_of(self.name, "frame", frame, KINDS)
 
     def prepare(self, context: PolicyContext) -> int:
-        table, learners = action_table(context.scenario), context.agents
-        self._injections, self._suppressions = table["injections"], table["suppressions"]
-        self._detections = context.observation_table["detections"].slice
         self.phantoms, self._slots = self._count(context)
-        self._turns = -(-self.phantoms // max(self._slots, 1))
-        shape = (len(context.worlds), len(learners), self.phantoms)
+        self._turns = max(1, -(-self.phantoms // max(1, self._slots)))
+        shape = (len(context.worlds), len(context.agents), self.phantoms)
+        self.place, self.there = np.zeros(shape, np.complex64), np.zeros(shape, dtype=bool)
         self.clock = np.zeros(shape[0], dtype=np.int64)
-        self.place, self.silent = np.zeros(shape, np.complex64), np.full(shape, PATIENCE, np.int8)
-        reach = context.observation_table.scales.reach[learners]
-        self._fovs, self._reach = Fovs.of(context.scenario, learners), reach[:, None]
-        self._pose = context.observation_table["pose"].slice
-        self._angular = any(context.scenario.agent(int(k)).fov.type != "circle" for k in learners)
-        self._turn = np.ones((1, 1, 1), dtype=np.complex64)
-        self._pairs, start = [], 0
-        for name, length in self.fields.items():
-            if name in PAIRS:
-                self._pairs.append(slice(start, start + length))
-            start += length
-        self._face(np.tile([0.0, 0.0, 1.0, 0.0], (len(learners), 1)))
-        self._step = (self._metres_per_frame(context.scenario) / reach).astype(np.float32)[:, None]
+        self.scene = Frame(self.frame, context, self.fields)
+        reach = context.observation_table.scales.reach[context.agents]
+        self._step = (self.speed * context.scenario.dt / reach).astype(np.float32)[:, None]
+        self._suppressions = action_table(context.scenario)["suppressions"]
         return 3 * self.phantoms
 
     def _count(self, context: PolicyContext) -> tuple[int, int]:
@@ -83,92 +59,40 @@ class PlacedPhantoms(View):
             raise refuse(self.name, "n", n, f"{most} of scenario {context.scenario.name!r}")
         return n, slots
 
-    def _metres_per_frame(self, scenario: Scenario) -> float:
-        if self.speed is not None:
-            return self.speed * scenario.dt
-        if scenario.targets.data is None:
-            return scenario.targets.speed[0] * scenario.dt
-        return math.sqrt(scenario.tracker.initial_velocity_variance) * scenario.dt
-
     def begin(self, mask: np.ndarray) -> None:
-        self.place[mask], self.silent[mask], self.clock[mask] = 0.0, PATIENCE, 0
+        self.place[mask], self.there[mask], self.clock[mask] = 0.0, False, 0
 
-    def observe(self, observations: np.ndarray) -> np.ndarray:
-        seen = super().observe(observations)
-        if self.frame == OUTWARD:
-            back = np.conj(self._outward(observations))
-            for stretch in self._pairs:
-                seen[..., stretch].view(np.complex64)[...] *= back
-            np.clip(seen, -1.0, 1.0, out=seen)
-        return seen
+    def complete(self, seen: np.ndarray, observations: np.ndarray) -> None:
+        self.scene.turn(seen, observations)
+        out = seen[..., seen.shape[-1] - 3 * self.phantoms :]
+        out[..., 0::3] = self.place.real * self.there
+        out[..., 1::3] = self.place.imag * self.there
+        out[..., 2::3] = self.there
 
-    def look(self, observations: np.ndarray) -> None:
-        """How the learners stand, on observations[W, n, O]."""
-        if self.frame == OUTWARD:
-            self._turn = self._outward(observations)
-        if self._angular:
-            self._face(observations[..., self._pose] * np.array([0.0, 0.0, 1.0, 1.0]))
-
-    def _outward(self, observations: np.ndarray) -> Places:
-        """The direction [W, n, 1] from the middle of the area to the learner, of length 1."""
-        pose = observations[..., self._pose]
-        way = pose[..., 0:1] + 1j * pose[..., 1:2]
-        length = np.abs(way)
-        return np.where(length > 0.0, way / np.maximum(length, _TINY), np.complex64(1.0))
-
-    def _face(self, pose: np.ndarray) -> None:
-        """Middle and half size complex64[..., n, 1] of the FOVs' boxes at pose[..., n, 4], in REACH radii."""
-        box = self._fovs.boxes(pose) / self._reach
-        low, high = box[..., 0] + 1j * box[..., 2], box[..., 1] + 1j * box[..., 3]
-        self._middle: Places = ((low + high) / 2).astype(np.complex64)[..., None]
-        self._half: Places = ((high - low) / 2).astype(np.complex64)[..., None]
-
-    def over_fov(self, x: np.ndarray, y: np.ndarray) -> Places:
-        """Places complex64[W, n, P] for x and y in radii of the FOV, none beyond it."""
-        place: Places = np.empty(x.shape, dtype=np.complex64)
-        place.real, place.imag = x, y
-        place /= np.float32(REACH) * np.maximum(np.float32(1.0), np.abs(place))
-        return place
-
-    def move(self, pointed: Places, reported: np.ndarray) -> None:
-        """A frame on: at most a step toward pointed[W, n, P]; those that are gone appear there."""
-        way = pointed - self.place
-        share = self._step / np.maximum(np.abs(way), np.maximum(self._step, _TINY))
-        share[self.silent == PATIENCE] = 1.0
-        self.place += share * way
-        silent = np.where(reported, np.int8(0), np.minimum(self.silent + np.int8(1), PATIENCE))
-        self.silent[...] = np.where(self._due(), silent, self.silent)
+    def move(self, pointed: Places, steered: Places, reported: np.ndarray) -> None:
+        """A frame on, all [W, n, P]: those that are there go on in the direction `steered` (1: at `speed`),
+        new ones appear where they are pointed to, those not reported are withdrawn.
+        """
+        stays = self.place
+        if self.speed:
+            stays = over_fov((self.place + self._step * steered) * np.float32(REACH))
+        self.place[...] = np.where(self.there, stays, pointed)
+        self.there[...] = np.where(self._due(), reported, self.there)
 
     def _due(self) -> np.ndarray:
         """Which phantoms have their turn in the present frame, bool[W, 1, P]."""
-        turn = np.arange(self.phantoms) // max(self._slots, 1)
+        turn = np.arange(self.phantoms) // max(1, self._slots)
         return (turn == (self.clock % self._turns)[:, None])[:, None]
 
     def actions(self, suppress: np.ndarray) -> np.ndarray:
-        """Raw actions float32[W, n, A]: the phantoms whose turn it is and that are not silent, and
-        suppress[W, n, D].
-        """
-        w, n, phantoms = self.silent.shape
-        place, slots = self.place * self._turn, np.zeros((w, n, self._turns * self._slots, 3), np.float32)
-        slots[..., :phantoms, 0] = self.silent == 0
-        slots[..., :phantoms, 1] = (place.real - self._middle.real) / self._half.real
-        slots[..., :phantoms, 2] = (place.imag - self._middle.imag) / self._half.imag
+        """Raw actions float32[W, n, A]: of the phantoms whose turn it is, and of suppress[W, n, D]."""
+        w, n, phantoms = self.there.shape
+        injections = np.zeros((w, n, self._turns * self._slots, 3), dtype=np.float32)
+        injections[..., :phantoms, 0] = self.there
+        injections[..., :phantoms, 1], injections[..., :phantoms, 2] = self.scene.raw(self.place)
+        turns = np.clip(injections, -1.0, 1.0).reshape(w, n, self._turns, 3 * self._slots)
         out = np.zeros((w, n, self._action_size), dtype=np.float32)
-        by_turn = slots.reshape(w, n, self._turns, -1)
-        out[..., : by_turn.shape[-1]] = by_turn[np.arange(w), :, self.clock % self._turns]
-        np.clip(out, -1.0, 1.0, out=out)
+        out[..., : 3 * self._slots] = turns[np.arange(w), :, self.clock % self._turns]
         out[..., self._suppressions] = suppress
         self.clock += 1
         return out
-
-    def detections(self, observations: np.ndarray) -> Places:
-        """Places complex64[W, n, D] of the own detections; 0 where there is none."""
-        return np.ascontiguousarray(observations[..., self._detections]).view(np.complex64) * np.conj(
-            self._turn
-        )
-
-    def remember(self, out: np.ndarray) -> None:
-        there = self.silent < PATIENCE
-        out[..., 0::3] = self.place.real * there
-        out[..., 1::3] = self.place.imag * there
-        out[..., 2::3] = np.float32(1.0) - self.silent * np.float32(1.0 / PATIENCE)

@@ -73,14 +73,16 @@ class View:
                 self._stretches.append(field.slice)
 
     def observe(self, observations: np.ndarray) -> np.ndarray:
-        """What the learners see, float32[W, n, O']: fields of observations[W, n, O], then `memory`."""
+        """What the learners see, float32[W, n, O']: fields of observations[W, n, O], and what
+        the view adds.
+        """
         seen = np.empty((*observations.shape[:2], self.observation_size), dtype=np.float32)
         start = 0
         for stretch in self._stretches:
             end = start + stretch.stop - stretch.start
             seen[..., start:end] = observations[..., stretch]
             start = end
-        self.remember(seen[..., start:])
+        self.complete(seen, observations)
         return seen
 
     def act(self, choices: np.ndarray, observations: np.ndarray) -> np.ndarray:
@@ -88,16 +90,16 @@ class View:
         raise NotImplementedError(f"{type(self).__name__} needs a method act(self, choices, observations)")
 
     def prepare(self, context: PolicyContext) -> int:
-        """Hook for a new scenario or shape of the batch: set `action_space`, allocate; how much `remember`
-        writes.
+        """Hook for a new scenario or shape of the batch: set `action_space`, allocate; how many
+        numbers `complete` adds.
         """
         raise NotImplementedError(f"{type(self).__name__} needs a method prepare(self, context)")
 
     def begin(self, mask: np.ndarray) -> None:
         """Hook: forget what was in the worlds of mask[W]."""
 
-    def remember(self, out: np.ndarray) -> None:
-        """Hook: write the view's own state into out[W, n, ...], in [-1, 1]."""
+    def complete(self, seen: np.ndarray, observations: np.ndarray) -> None:
+        """Hook: seen[W, n, O'] holds the fields; add the view's own numbers in [-1, 1] behind them."""
 
     def get_state(self) -> dict[str, np.ndarray]:
         """Copies of everything that `set_state` needs, after `reset`, to go on bit for bit."""
