@@ -212,8 +212,6 @@ class TestPlay:
         sizes = f"entries of the field detections: {2 * size} where it was trained .*, but {2 * size + 4} in"
         with pytest.raises(ValueError, match=sizes):
             actions_of(str(path), np.arange(1), f"trio(max_detections={size + 2})")
-        with pytest.raises(ValueError, match="at most 1, the injection slots of scenario 'trio'"):
-            actions_of(str(path), np.arange(1), "trio(injection.slots=1)")
         raw = written(tmp_path / "raw.safetensors", "raw")
         with pytest.raises(ValueError, match=r"outputs: .* where it was trained"):
             actions_of(str(raw), np.arange(1), "trio(injection.slots=1)")
