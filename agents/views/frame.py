@@ -9,6 +9,7 @@ import numpy as np
 
 from agents.geometry import Fovs
 from agents.policy import PolicyContext
+from agents.views.view import joined
 from trust_env.observation import REACH
 
 Places: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.complex64]]
@@ -34,7 +35,7 @@ class Frame:
         self._reach = table.scales.reach[context.agents][:, None]
         self._turns = any(context.scenario.agent(int(k)).fov.type != "circle" for k in context.agents)
         ends = np.cumsum(list(fields.values()))
-        self._pairs = [slice(e - fields[name], e) for name, e in zip(fields, ends) if name in PAIRS]
+        self._pairs = joined(slice(e - fields[name], e) for name, e in zip(fields, ends) if name in PAIRS)
         self._axis: Places = np.ones((1, 1, 1), dtype=np.complex64)  # [W, n, 1], direction of the x axis
         self._face(np.tile([0.0, 0.0, 1.0, 0.0], (len(context.agents), 1)))
 
@@ -63,9 +64,10 @@ class Frame:
         """Express in this frame the fields that seen[W, n, O'] begins with, of observations[W, n, O]."""
         if self._outward:
             back = np.conj(self._away(observations))
-            for pairs in self._pairs:
-                seen[..., pairs].view(np.complex64)[...] *= back
-            np.clip(seen, -1.0, 1.0, out=seen)
+            for stretch in self._pairs:
+                pairs = seen[..., stretch]
+                pairs.view(np.complex64)[...] *= back
+                np.clip(pairs, -1.0, 1.0, out=pairs)
 
     def detections(self, observations: np.ndarray) -> Places:
         """Own detections [W, n, D], 0 where there is none; after `look`."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -65,12 +65,7 @@ class View:
             if KNOWLEDGE[field.knowledge] <= KNOWLEDGE[self.knowledge] and field.name not in self.hidden
         ]
         self.fields = {field.name: field.slice.stop - field.slice.start for field in shown}
-        self._stretches: list[slice] = []  # of the observation, joined where fields are neighbours
-        for field in shown:
-            if self._stretches and self._stretches[-1].stop == field.slice.start:
-                self._stretches[-1] = slice(self._stretches[-1].start, field.slice.stop)
-            else:
-                self._stretches.append(field.slice)
+        self._stretches = joined(field.slice for field in shown)
 
     def observe(self, observations: np.ndarray) -> np.ndarray:
         """What the learners see, float32[W, n, O']: fields of observations[W, n, O], and what
@@ -120,3 +115,13 @@ class View:
         values = {name: getattr(self, name) for name in parameters}
         changed = {name: value for name, value in values.items() if value != parameters[name].default}
         return str(Spec(self.name, changed))
+
+
+def joined(slices: Iterable[slice]) -> list[slice]:
+    """Slices in order, neighbours made one."""
+    found: list[slice] = []
+    for one in slices:
+        if found and found[-1].stop == one.start:
+            one = slice(found.pop().start, one.stop)
+        found.append(one)
+    return found
