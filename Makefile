@@ -2,8 +2,8 @@
 
 VENV   := .venv
 BIN    := $(VENV)/bin
-# The optional dependencies that the tests run with. Of PyTorch, pip takes the build for CUDA on Linux, gigabytes
-# that nothing here needs: PIP_EXTRA_INDEX_URL=https://download.pytorch.org/whl/cpu make test
+# The optional dependencies that the tests run with. Of PyTorch, pip on Linux takes a build with gigabytes of CUDA that
+# nothing here needs, unless it is told where PyTorch keeps its builds for the CPU (PIP_EXTRA_INDEX_URL).
 EXTRAS ?= dev,train,plot,render,bench
 # The first of these that is 3.11 or newer, or yours: make test PYTHON=python3.12
 PYTHON ?= $(firstword $(foreach python,python3 python3.13 python3.12 python3.11 python3.14,\
