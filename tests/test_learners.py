@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+import sys
 import warnings
 from typing import Any
 
@@ -155,6 +156,18 @@ def test_a_snapshot_goes_on_bit_for_bit(defense: Any, others: dict[str, Any], ro
     for fresh in (made(), learners):
         fresh.set_state(state)
         assert_same(play(fresh, 15, first=13), expected)
+
+
+def test_a_snapshot_of_code_that_is_gone_is_refused(tmp_path: Any) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text("class Mine:\n    def reset(self, *_): ...\n    def update(self, *_): ...\n")
+    learners = Learners("trio", f"{file}:Mine")
+    learners.reset(0)
+    state = learners.get_state()
+    learners.set_state(state)
+    del sys.modules[type(learners.env.defense).__module__]
+    with pytest.raises(ValueError, match="expected the same files as when it was taken"):
+        learners.set_state(state)
 
 
 def test_snapshots_of_other_learners_are_refused() -> None:

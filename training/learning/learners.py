@@ -5,8 +5,6 @@ What Stable-Baselines3 and Gymnasium are given (`sb3.py`, `gym.py`) are thin fac
 
 from __future__ import annotations
 
-import io
-import pickle
 from collections.abc import Mapping
 from typing import Any
 
@@ -16,9 +14,9 @@ from gymnasium.spaces import Box, Space
 from agents import Player, PolicyContext
 from agents.player import ROLES
 from agents.views import DEFAULT_VIEW, build_view
+from training.learning.pickled import dump, load
 from trust_env.core.layout import METRICS
 from trust_env.errors import unknown_name
-from trust_env.observation import ObservationTable
 from trust_env.scenario import Scenario, load_scenario
 from trust_env.vector import VectorEnv
 
@@ -165,43 +163,22 @@ class Learners:
         defense, player = self.env.worlds.own_defense, self._player
         if defense is None and player is None:
             return None
-        file = io.BytesIO()
-        _Pickler(file, [self.scenario, self.env.observation_table]).dump(
-            (defense, player and (player.coalitions, player._began))
-        )
-        return file.getvalue()
+        return dump((defense, player and (player.coalitions, player._began)), self._shared())
 
     def _load(self, objects: bytes | None) -> None:
         if objects is None:
             return
-        defense, played = _Unpickler(io.BytesIO(objects), [self.scenario, self.env.observation_table]).load()
+        defense, played = load(objects, self._shared())
         if defense is not None:
             self.env.worlds.own_defense = defense
         if self._player is not None and played is not None:
             self._player.coalitions, self._player._began = played
 
+    def _shared(self) -> list[Any]:
+        return [self.scenario, self.env.observation_table]
+
     def close(self) -> None:
         self.env.close()
-
-
-class _Pickler(pickle.Pickler):
-    """Leaves out the objects that both sides have: they are recognised by identity."""
-
-    def __init__(self, file: io.BytesIO, shared: list[Scenario | ObservationTable]):
-        super().__init__(file)
-        self._shared = shared
-
-    def persistent_id(self, obj: Any) -> int | None:
-        return next((i for i, shared in enumerate(self._shared) if obj is shared), None)
-
-
-class _Unpickler(pickle.Unpickler):
-    def __init__(self, file: io.BytesIO, shared: list[Scenario | ObservationTable]):
-        super().__init__(file)
-        self._shared = shared
-
-    def persistent_load(self, pid: int) -> Any:
-        return self._shared[pid]
 
 
 def _indices(scenario: Scenario, learner_role: str) -> np.ndarray:
