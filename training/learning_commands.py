@@ -77,7 +77,7 @@ def exploit(
     ] = None,
     steps: Annotated[int | None, arg(help="frames of all learners in a training run")] = None,
     seeds: Annotated[int, arg(help="training runs, of seed 0 and on; 0: none")] = 3,
-    generations: Annotated[int, arg(help="of a search")] = 8,
+    generations: Annotated[int, arg(help="of a search")] = 12,
     population: Annotated[int, arg(help="attacks in a generation of a search")] = 24,
     search_episodes: Annotated[int, arg(help="in which a search plays each attack")] = 32,
     episodes: Annotated[int, arg(help="held-out episodes, the same ones for all")] = 200,

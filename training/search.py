@@ -63,7 +63,7 @@ def search(
     scenario: Any = "patrol",
     defense: Any = "trust",
     attack: str = "false_positive",
-    generations: int = 8,
+    generations: int = 12,
     population: int = 24,
     episodes: int = 32,
     seed: int = 0,
