@@ -305,6 +305,20 @@ class TestNaming:
         (tmp_path / "mine.py").write_text("from agents.baseline import Honest as Mine")
         assert len(files(f"on_off(inner={tmp_path}/mine.py:Mine)")) == 1
 
+    @pytest.mark.extra("train")
+    def test_others_can_learn_against_it(self, tmp_path: Path) -> None:
+        """An earlier run plays the adversaries while benign agents learn; it must stay what it was."""
+        written(tmp_path / FILE)
+        tiny = {"steps": 32, "worlds": 2, "threads": 1, "role": "benign", "evaluation.episodes": 1}
+        tiny |= {"ppo.n_steps": 8, "ppo.batch_size": 16, "network.layers": [4]}
+        others, out = {"adversary": str(tmp_path)}, tmp_path / "run"
+        training.train(SCENARIO, "trust", out=out, others=others, overrides=tiny, progress=False)
+        assert list(json.loads((out / "run.json").read_text())["files"]) == [f"learned(path='{tmp_path}')"]
+        assert training.train(resume=out, progress=False).steps >= 32
+        written(tmp_path / FILE, seed=1)
+        with pytest.raises(ValueError, match=r"has changed since the run in .* began"):
+            training.train(resume=out, progress=False)
+
     def test_it_can_be_shown(self, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         path = written(tmp_path / FILE)
         assert main(["attacks", "show", str(tmp_path), "--json"]) == 0

@@ -67,7 +67,7 @@ def configuration(
     files = {} if data is None else {"targets.data": digest(data)}
     for contender in (*attackers, *defenders):
         if contender.spec is not None:
-            files |= {name: digest(file) for name, file in _files(contender.spec)}
+            files |= {name: digest(file) for name, file in files_of(contender.spec)}
     return {
         "scenario": fields,
         "attacks": [attacker.name for attacker in attackers],
@@ -81,14 +81,14 @@ def configuration(
     }
 
 
-def _files(spec: Spec) -> Iterator[tuple[str, str | Path]]:
+def files_of(spec: Spec) -> Iterator[tuple[str, str | Path]]:
     """The files that a spec names, itself or within: users' code, and weights."""
     if spec.path is not None:
         yield spec.path, spec.path
     elif spec.name == Learned.name:
         yield str(spec), Learned(**spec.params).file
     if isinstance(spec.params.get("inner"), str):
-        yield from _files(parse_policy(spec.params["inner"]))
+        yield from files_of(parse_policy(spec.params["inner"]))
 
 
 def digest(file: str | Path) -> str:

@@ -22,7 +22,8 @@ from pathlib import Path
 from typing import Any
 
 import trust_env
-from training.configuration import digest
+from agents import parse_policy
+from training.configuration import digest, files_of
 from training.learning.checkpoint import Checkpoints
 from training.learning.configuration import Configuration, load_configuration
 from training.run_folder import UNFINISHED, replace_file
@@ -129,12 +130,8 @@ def _session() -> dict[str, Any]:
 
 
 def _digests(config: Configuration, scenario: Scenario) -> dict[str, str]:
-    """Of the user's own files that take part."""
-    specs = [
-        parse(text)
-        for text in (config.defense, *config.others.values(), *([config.view] if config.view else []))
-    ]
-    files = [spec.path for spec in specs if spec.path is not None]
-    return {
-        file: digest(file) for file in [*files, *([scenario.targets.data] if scenario.targets.data else [])]
-    }
+    """Of the user's own files that take part, and of weights."""
+    policies = [parse_policy(text) for text in config.others.values()]
+    files = dict(pair for spec in [parse(config.defense), *policies] for pair in files_of(spec))
+    data = scenario.targets.data
+    return {name: digest(file) for name, file in (files | ({data: data} if data else {})).items()}
