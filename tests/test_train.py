@@ -126,12 +126,12 @@ def test_evaluations_are_those_of_the_policy_on_held_out_worlds(run):
     assert run.evaluations[-1]["damage_per_frame"] == float(rows[-1]["damage_per_frame"])
 
 
-def test_worlds_of_training_are_never_those_of_evaluations(run):
+def test_worlds_of_training_are_never_those_of_evaluations(copy):
     """By their seeds: of training from 2^62 on, of evaluations below."""
     from training.learning.session import Session
     from training.learning.training_folder import TrainingFolder
 
-    session = Session(TrainingFolder.open(run.folder), lambda text: None)
+    session = Session(TrainingFolder.open(copy), None)
     assert set(session.env.learners.env.arrays.seed.reshape(-1).tolist()) == {TRAINING_SEEDS}
     session.close()
     with pytest.raises(ValueError, match=r"evaluation\.seed = 4611686018427387904.*expected a number below"):
@@ -373,9 +373,11 @@ def test_folders_that_may_not_be_used(run, tmp_path):
 
 def test_a_finished_run_is_finished(run, capsys):
     before = weights(run.folder)
+    events = len(list((run.folder / "tensorboard").iterdir()))
     assert main(["train", "--resume", str(run.folder)]) == 0
     assert "was finished before: 1,536 steps" in capsys.readouterr().out
     assert same(weights(run.folder), before)
+    assert len(list((run.folder / "tensorboard").iterdir())) == events
 
 
 def test_one_process_at_a_time(run):
@@ -392,7 +394,8 @@ def test_files_of_the_user_must_stay_what_they_were(tmp_path):
     mine = tmp_path / "mine.py"
     text = "from trust_env.defenses import Verdict\nclass Mine:\n    def reset(self, shape, worlds): ...\n"
     mine.write_text(text + "    def update(self, evidence): return Verdict()\n")
-    done = train(out=tmp_path / "run", steps=1, defense=f"{mine}:Mine")
+    done = train(out=tmp_path / "run", steps=ROLLOUT + 1, defense=f"{mine}:Mine")
+    interrupted(done.folder, ROLLOUT)
     mine.write_text(mine.read_text() + "# changed\n")
     with pytest.raises(ValueError, match=r"mine\.py: it has changed since the run"):
         training.train(resume=done.folder, progress=False)

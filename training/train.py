@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from training.learning.session import Session
     from training.learning.training_folder import TrainingFolder
 
+
 @dataclass(frozen=True)
 class TrainingRun:
     """What a run has come to. evaluations: the lines of evaluations.csv, numbers by column."""
@@ -116,12 +117,14 @@ def _begin(scenario: Any, config: Any, given: Mapping[str, Any], out: str | Path
 def _continue(folder: TrainingFolder, progress: bool) -> TrainingRun:
     from training.learning.session import Session
 
-    session = Session(folder, _warn)
+    saved = folder.checkpoints.load(_warn)
+    if saved and saved["steps"] >= folder.configuration().steps:
+        return TrainingRun(folder.path, saved["steps"], _evaluations(folder.path), saved["steps"])
+    session = Session(folder, saved)
     began = session.steps
     try:
-        if not session.finished:
-            with interruptions() as stops, _shown(session, progress) as (advance, tell):
-                session.run(advance, tell, stops)
+        with interruptions() as stops, _shown(session, progress) as (advance, tell):
+            session.run(advance, tell, stops)
     finally:
         session.close()
     return TrainingRun(folder.path, session.steps, _evaluations(folder.path), began)
@@ -134,7 +137,7 @@ def _warn(text: str) -> None:
 @contextlib.contextmanager
 def _shown(session: Session, progress: bool) -> Iterator[tuple[Callable[[int], None], Callable[[str], None]]]:
     """A bar on a terminal, else a line for every evaluation."""
-    total = session.config.steps
+    total = session.total
     with progress_bar("train", total, progress, session.steps) as (advance, tell):
 
         def say(text: str) -> None:

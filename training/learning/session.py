@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -43,19 +43,15 @@ def build_learners(config: Configuration, scenario: Scenario, num_worlds: int) -
 
 
 class Session:
-    """From the last checkpoint in the folder, if there is one, else from the beginning.
+    """From `saved`, what the last checkpoint in the folder holds, or from the beginning."""
 
-    advance(n): n steps are done; tell(text): how it stands; warn(text): what the user should know.
-    """
-
-    def __init__(self, folder: TrainingFolder, warn: Tell):
+    def __init__(self, folder: TrainingFolder, saved: Mapping[str, Any] | None):
         self.folder, self.config, scenario = folder, folder.configuration(), folder.scenario()
         folder.begin(self.config, scenario)
         config = self.config
         self.env = LearnersVecEnv(build_learners(config, scenario, config.worlds))
         self.scenario = self.env.learners.scenario
         self.model = build_ppo(config, self.env)
-        saved = folder.checkpoints.load(warn)
         cut(folder.path, saved["logs"] if saved else {})
         self.logs = Logs(folder.path)
         self.model.set_logger(self.logs.training)
@@ -72,6 +68,12 @@ class Session:
         return self.model.num_timesteps
 
     @property
+    def total(self) -> int:
+        """Steps in the end: the last rollout is a whole one."""
+        rollout = self.model.n_steps * self.model.n_envs
+        return -(-self.config.steps // rollout) * rollout
+
+    @property
     def finished(self) -> bool:
         return self.steps >= self.config.steps
 
@@ -81,7 +83,9 @@ class Session:
         return self._seconds_before + time.monotonic() - self._began
 
     def run(self, advance: Callable[[int], None], tell: Tell, stops: Callable[[], bool]) -> None:
-        """Train to the end. KeyboardInterrupt: `stops` said so, and all is saved."""
+        """Train to the end. advance(n): n steps are done; tell(text): how it stands; stops(): whether to
+        stop, after which there is a KeyboardInterrupt, and all is saved.
+        """
         self.watch.advance = advance
         if self._evaluated < 0:
             self._evaluate(tell)
