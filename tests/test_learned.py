@@ -315,6 +315,8 @@ class TestNaming:
         training.train(SCENARIO, "trust", out=out, others=others, overrides=tiny, progress=False)
         assert list(json.loads((out / "run.json").read_text())["files"]) == [f"learned(path='{tmp_path}')"]
         assert training.train(resume=out, progress=False).steps >= 32
+        unfinished = (out / "config.yaml").read_text().replace("steps: 32", "steps: 64")
+        (out / "config.yaml").write_text(unfinished)
         written(tmp_path / FILE, seed=1)
         with pytest.raises(ValueError, match=r"has changed since the run in .* began"):
             training.train(resume=out, progress=False)

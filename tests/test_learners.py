@@ -185,7 +185,7 @@ def test_what_cannot_be_played_is_refused() -> None:
         Learners("patrol(team.n_adversaries=0)")
     with pytest.raises(ValueError, match="expected one of adversary_0, adversary_1"):
         AdversaryEnv("patrol")
-    learners = Learners("trio", num_worlds=2)
+    learners = Learners("trio", num_worlds=2, view="phantoms")
     with pytest.raises(RuntimeError, match="call reset"):
         learners.step(np.zeros((2, 9)))
     learners.reset(0)
@@ -208,7 +208,7 @@ def test_one_adversary_passes_gymnasiums_checker(view: str) -> None:
 
 def test_one_adversary_of_several_ends_by_truncation_and_goes_to_the_next_episode() -> None:
     others = {"adversary_1": "false_positive", "benign": "honest"}
-    env = AdversaryEnv("patrol", "score", "adversary_0", others=others, max_cycles=HORIZON)
+    env = AdversaryEnv("patrol", "score", "adversary_0", "phantoms", others, max_cycles=HORIZON)
     first, info = env.reset(seed=4)
     for frame in range(HORIZON):
         seen, reward, terminated, truncated, after = env.step(np.zeros(15, dtype=np.float32))

@@ -18,7 +18,7 @@ from trust_env.errors import unknown_name
 from trust_env.spec import parse
 
 VIEWS: dict[str, type[View]] = {"raw": Raw, "phantoms": Phantoms, "grid": Grid}
-DEFAULT_VIEW = "phantoms"
+DEFAULT_VIEW = "grid"
 
 __all__ = ["DEFAULT_VIEW", "VIEWS", "View", "build_view"]
 
