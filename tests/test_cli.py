@@ -304,7 +304,7 @@ def test_ctrl_c_has_exit_code_130_and_says_how_to_go_on(tmp_path):
         "--attack",
         "honest,random",
         "--episodes",
-        "200",
+        "2000",
         "--out",
         str(tmp_path / "out"),
     ]

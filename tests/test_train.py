@@ -150,7 +150,8 @@ def test_the_exported_policy_says_what_it_is(run):
     tensors, config = load_policy(run.folder)
     assert config["about"]["defense"] == "trust" and config["about"]["steps"] == run.steps
     assert config["layers"][1:-1] == [64, 64] and config["knowledge"] == "own"
-    assert {"obs_mean", "obs_var", "log_std"} <= set(tensors)
+    assert {"obs_mean", "obs_var", "action.weight"} <= set(tensors)
+    assert ("log_std" in tensors) == (config["choices"] is None)  # a deviation where actions are continuous
 
 
 def test_learning_changes_weights(run, tmp_path):
