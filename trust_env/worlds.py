@@ -4,7 +4,6 @@ layers over.
 
 from __future__ import annotations
 
-import itertools
 import os
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -20,7 +19,11 @@ from trust_env.packing import Pack
 from trust_env.scenario import Scenario, load_scenario
 
 SEED_LIMIT = 2**63
-_CHUNK = 32  # worlds that a thread takes at a time
+_PER_THREAD = 16  # fewer worlds are not worth another thread
+_MOST, _LEAST = (
+    32,
+    4,
+)  # worlds that a thread takes at a time: what stays in its cache, and what is worth a call
 
 
 def checked_seed(seed: Any) -> int:
@@ -75,7 +78,7 @@ class Worlds:
         self.horizon = self.scenario.horizon if horizon is None else _positive("max_cycles", horizon)
         self.num_worlds = _positive("num_worlds", num_worlds)
         available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        self.threads = min(_positive("threads", threads or available), -(-self.num_worlds // _CHUNK))
+        self.threads = min(_positive("threads", threads or available), -(-self.num_worlds // _PER_THREAD))
         self._allocate(np.zeros((self.num_worlds, 0), dtype=np.uint8))
 
     def _allocate(self, rows: np.ndarray) -> None:
@@ -89,6 +92,7 @@ class Worlds:
             [(first, layout.row_bytes, params, s.ctypes.data, table) for s in self.scratch], dtype=np.int64
         )
         self._batch_of = [batch.ctypes.data for batch in self._batches]  # by thread
+        self._shares = _shares(self.num_worlds, self.threads)
         self.arrays.dt[...] = self.scenario.dt
         self.arrays.active[...] = 1
         self._pool: ThreadPoolExecutor | None = None
@@ -130,7 +134,7 @@ class Worlds:
     def run(self, stages: int) -> None:
         """Run stages of a frame in all active worlds."""
         if self.threads == 1:
-            engine.advance(self._batch_of[0], 0, self.num_worlds, stages)
+            self._take_shares(iter(self._shares), stages, 0)
         else:
             self._run_threads(stages)
 
@@ -140,17 +144,14 @@ class Worlds:
         if self._pool is None or self._pool_owner != os.getpid():  # threads do not survive a fork
             self._pool = ThreadPoolExecutor(self.threads - 1, thread_name_prefix="trust-env")
             self._pool_owner = os.getpid()
-        chunks = itertools.count(0, _CHUNK)  # next() is atomic: whoever is free takes the next chunk
-        helpers = [self._pool.submit(self._take_chunks, chunks, stages, t) for t in range(1, self.threads)]
-        self._take_chunks(chunks, stages, 0)
+        shares = iter(self._shares)  # next() is atomic: whoever is free takes the next share
+        helpers = [self._pool.submit(self._take_shares, shares, stages, t) for t in range(1, self.threads)]
+        self._take_shares(shares, stages, 0)
         for helper in helpers:
             helper.result()
 
-    def _take_chunks(self, chunks: Iterator[int], stages: int, thread: int) -> None:
-        for first in chunks:
-            if first >= self.num_worlds:
-                return
-            last = min(first + _CHUNK, self.num_worlds)
+    def _take_shares(self, shares: Iterator[tuple[int, int]], stages: int, thread: int) -> None:
+        for first, last in shares:
             engine.advance(self._batch_of[thread], first, last, stages)
 
     def start(self, worlds: np.ndarray) -> None:
@@ -251,6 +252,19 @@ class Worlds:
         if self._pool is not None:
             self._pool.shutdown()
             self._pool = None
+
+
+def _shares(num_worlds: int, threads: int) -> list[tuple[int, int]]:
+    """First and last of the worlds that a thread takes at a time, ever fewer, so that none waits long for
+    another (guided self-scheduling, Polychronopoulos & Kuck 1987).
+    """
+    shares, first = list[tuple[int, int]](), 0
+    while first < num_worlds:
+        left = num_worlds - first
+        size = min(left, _MOST if threads == 1 else max(_LEAST, min(_MOST, left // (2 * threads))))
+        shares.append((first, first + size))
+        first += size
+    return shares
 
 
 def _positive(name: str, value: Any) -> int:
