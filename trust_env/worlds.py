@@ -20,10 +20,8 @@ from trust_env.scenario import Scenario, load_scenario
 
 SEED_LIMIT = 2**63
 _PER_THREAD = 16  # fewer worlds are not worth another thread
-_MOST, _LEAST = (
-    32,
-    4,
-)  # worlds that a thread takes at a time: what stays in its cache, and what is worth a call
+_MOST = 32  # worlds that a thread takes at a time: what stays in its cache
+_LEAST = 4  # and what is worth a call
 
 
 def checked_seed(seed: Any) -> int:
