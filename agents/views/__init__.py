@@ -3,6 +3,21 @@
 A false track needs the same phantom reported frame after frame, which raw actions make a needle in a
 haystack: a policy that draws its actions reports another place in every frame. A view keeps the phantoms, and
 the learner says what becomes of them.
+
+Damage per frame on `patrol` at knowledge level `own` after 1,000,000 steps (a minute), training seeds 0 and 1,
+where the worst scripted attack does 4.34 and 1.93, and at level `poses` 4.34 and 4.33:
+
+    view        against score    against trust
+    raw         1.07, 1.03       1.39, 1.32
+    phantoms    8.17, 8.13       6.79, 6.65
+    grid        8.87, 8.79       6.85, 7.20
+
+`python -m training.learning.compare_views --out FOLDER` repeats it; the numbers lie beside it in a CSV file.
+What made the difference, one seed of 400,000 steps against trust, before -> after: phantoms that follow where
+the learner points -> that stay where they appear, grid 4.07 -> 6.52, phantoms 2.12 -> 5.38 (pointing matters
+when a phantom appears and hardly later, so that nothing taught those that were there where to stay). Twice
+that many steps with phantoms that follow: grid 2.75 in the area's frame, 4.85 in the outward one and with
+normalised observations.
 """
 
 from __future__ import annotations

@@ -21,6 +21,7 @@ class PlacedPhantoms(View):
 
     A learner sees, of every phantom, its place relative to the agent (as detections are scaled), and 1 where
     there is one, else zeros. All is expressed in one frame of reference: see `agents.views.frame`.
+    FOVs that are no circles report what lies outside them from where the environment moves it, inside.
     """
 
     hidden = frozenset({"role", "report", "report_mask"})  # the view's own state says it shorter

@@ -2,8 +2,8 @@
 
     python -m training.learning.compare_views --out results/views
 
-Writes views.csv and prints the table. All views have the same observations, network and algorithm, those of
-`defaults.yaml`; damage is that of held-out episodes, by the environment's own metrics.
+Writes views.csv, as `compare_views.csv` beside this file, and prints the table. All runs have the network and
+the algorithm of `defaults.yaml`; damage is that of held-out episodes, by the environment's own metrics.
 """
 
 from __future__ import annotations
