@@ -4,7 +4,7 @@ A false track needs the same phantom reported frame after frame, which raw actio
 haystack: a policy that draws its actions reports another place in every frame. A view keeps the phantoms, and
 the learner says what becomes of them.
 
-Damage per frame on `patrol` at knowledge level `own` after 1,000,000 steps (a minute), training seeds 0 and 1,
+Damage per frame on `patrol` at knowledge level `own` after 1,000,000 steps (a minute), seeds 0 and 1,
 where the worst scripted attack does 4.34 and 1.93, and at level `poses` 4.34 and 4.33:
 
     view        against score    against trust
@@ -14,7 +14,7 @@ where the worst scripted attack does 4.34 and 1.93, and at level `poses` 4.34 an
 
 `python -m training.learning.compare_views --out FOLDER` repeats it; the numbers lie beside it in a CSV file.
 What made the difference, one seed of 400,000 steps against trust, before -> after: phantoms that follow where
-the learner points -> that stay where they appear, grid 4.07 -> 6.52, phantoms 2.12 -> 5.38 (pointing matters
+the learner points -> that stay where they appear, grid 4.07 -> 6.52, phantoms 2.07 -> 5.38 (pointing matters
 when a phantom appears and hardly later, so that nothing taught those that were there where to stay). Twice
 that many steps with phantoms that follow: grid 2.75 in the area's frame, 4.85 in the outward one and with
 normalised observations.
