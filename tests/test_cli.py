@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -308,7 +309,12 @@ def test_ctrl_c_has_exit_code_130_and_says_how_to_go_on(tmp_path):
         "--out",
         str(tmp_path / "out"),
     ]
-    running = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    heeding = partial(
+        signal.signal, signal.SIGINT, signal.SIG_DFL
+    )  # jobs in the background ignore it from birth
+    running = subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=heeding
+    )
     deadline = time.monotonic() + 60
     while not (tmp_path / "out" / "results.json").exists() and time.monotonic() < deadline:
         time.sleep(0.01)  # it is about to play
