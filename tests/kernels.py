@@ -28,7 +28,7 @@ class Bench:
         addresses = (
             self.worlds.rows,
             self.worlds.pack.params,
-            self.worlds.scratch,
+            self.worlds.crew.scratch,
             self.worlds.pack.layout.table,
         )
         self.world = World(*(np.int64(buffer.ctypes.data) for buffer in addresses))
@@ -37,7 +37,7 @@ class Bench:
         layout = self.worlds.pack.layout
         kind = layout.kinds[name][0]
         buffers = {ROW: self.worlds.rows[0], PARAMS: self.worlds.pack.params}
-        return layout.view(buffers.get(kind, self.worlds.scratch[0]), name)
+        return layout.view(buffers.get(kind, self.worlds.crew.scratch[0]), name)
 
 
 def entry(kernel: Callable[..., Any]) -> Entry:

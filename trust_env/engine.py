@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from trust_env.core import atomic
 from trust_env.core.edit import edit_reports
 from trust_env.core.evidence import gather_evidence
 from trust_env.core.frame import begin_frame, delete_tracks, start_episode, track_centrally, track_locally
@@ -124,27 +125,53 @@ def _run_stage(world, stage):
         observe(world)
 
 
-def _advance(batch, first, last, stages):
-    addresses, stage = ints_at(batch, 5), START
-    rows, row_bytes, params, scratch, layout = (
-        addresses[0],
-        addresses[1],
-        addresses[2],
-        addresses[3],
-        addresses[4],
-    )
+# What the threads of a crew share, int64[BATCHES + 5 threads]: what is to be done and how far it is; then, for
+# each thread, where rows uint8[W, ·] begin and how long they are, where params, its scratch and layout begin.
+STAGES, WORLDS, THREADS, LEAST, MOST, TAKEN, DONE, BATCHES = range(8)
+BATCH = 5
+
+
+@compiled
+def _run_worlds(batch, first, last, stages):
+    stage = START
     while stage <= OBSERVE:  # stage by stage over all worlds: a stage's code stays in the instruction cache
         if stages & stage:
             for w in range(first, last):
-                world = World(rows + w * row_bytes, params, scratch, layout)
+                world = World(batch[0] + w * batch[1], batch[2], batch[3], batch[4])
                 if ints1(world, F.active)[0] != 0:
                     _run_stage(world, stage)
         stage <<= 1
 
 
-advance = NativeKernel(_advance)
-"""advance(batch, first, last, stages): worlds first to last - 1 of a batch.
+def _advance(crew, thread, stages, patience):
+    orders = ints_at(crew, BATCHES)
+    batch, waited = ints_at(crew + 8 * (BATCHES + BATCH * thread), BATCH), 0
+    if stages != 0:
+        orders[STAGES] = stages
+        atomic.store(crew + 8 * DONE, 0)
+        atomic.store(crew + 8 * TAKEN, 0)
+    while waited < patience:
+        left = orders[WORLDS] - atomic.load(crew + 8 * TAKEN)
+        if left > 0:
+            # Ever fewer worlds at a time, so that no thread waits long for another (guided self-scheduling,
+            # Polychronopoulos & Kuck 1987).
+            share = max(orders[LEAST], min(orders[MOST], left // (2 * orders[THREADS])))
+            first = atomic.add(crew + 8 * TAKEN, share)
+            last = min(first + share, orders[WORLDS])
+            if first < last:
+                _run_worlds(batch, first, last, orders[STAGES])
+                atomic.add(crew + 8 * DONE, last - first)
+            waited = 0
+        elif thread == 0 and atomic.load(crew + 8 * DONE) == orders[WORLDS]:
+            return
+        else:
+            atomic.pause()
+            waited += 1
 
-batch is the address of five int64: where rows uint8[W, ·] begin and how long they are, where params uint8[·],
-scratch uint8[·] and layout int64[·, 6] begin.
+
+advance = NativeKernel(_advance)
+"""advance(crew, thread, stages, patience): one thread's part in running stages of a frame in all worlds.
+
+Thread 0 gives the `stages`, takes part, and returns when all worlds are done; the others (stages 0) take part
+in frame after frame. Either gives up when it has waited in vain for `patience` turns.
 """

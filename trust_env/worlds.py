@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -14,14 +13,12 @@ import numpy as np
 from trust_env import engine
 from trust_env.core.layout import METRICS, ROW
 from trust_env.core.score import CONFIRMED
+from trust_env.crew import Crew
 from trust_env.defenses import BuiltIn, Defense, Evidence, Shape, Verdict, build_defense, fits_publication
 from trust_env.packing import Pack
 from trust_env.scenario import Scenario, load_scenario
 
 SEED_LIMIT = 2**63
-_PER_THREAD = 16  # fewer worlds are not worth another thread
-_MOST = 32  # worlds that a thread takes at a time: what stays in its cache
-_LEAST = 4  # and what is worth a call
 
 
 def checked_seed(seed: Any) -> int:
@@ -76,7 +73,7 @@ class Worlds:
         self.horizon = self.scenario.horizon if horizon is None else _positive("max_cycles", horizon)
         self.num_worlds = _positive("num_worlds", num_worlds)
         available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        self.threads = min(_positive("threads", threads or available), -(-self.num_worlds // _PER_THREAD))
+        self.threads = _positive("threads", threads or available)
         self._allocate(np.zeros((self.num_worlds, 0), dtype=np.uint8))
 
     def _allocate(self, rows: np.ndarray) -> None:
@@ -84,17 +81,9 @@ class Worlds:
         layout = self.pack.layout
         self.rows = rows if rows.size else np.zeros((self.num_worlds, layout.row_bytes), dtype=np.uint8)
         self.arrays = Arrays(self.pack, self.rows)
-        self.scratch = np.zeros((self.threads, layout.scratch_bytes), dtype=np.uint8)
-        first, params, table = (a.ctypes.data for a in (self.rows, self.pack.params, layout.table))
-        self._batches = np.array(
-            [(first, layout.row_bytes, params, s.ctypes.data, table) for s in self.scratch], dtype=np.int64
-        )
-        self._batch_of = [batch.ctypes.data for batch in self._batches]  # by thread
-        self._shares = _shares(self.num_worlds, self.threads)
+        self.crew = Crew(self.pack, self.rows, self.threads)
         self.arrays.dt[...] = self.scenario.dt
         self.arrays.active[...] = 1
-        self._pool: ThreadPoolExecutor | None = None
-        self._pool_owner = 0
         self._evidence: Evidence | None = None
 
     @property
@@ -131,26 +120,7 @@ class Worlds:
 
     def run(self, stages: int) -> None:
         """Run stages of a frame in all active worlds."""
-        if self.threads == 1:
-            self._take_shares(iter(self._shares), stages, 0)
-        else:
-            self._run_threads(stages)
-
-    def _run_threads(self, stages: int) -> None:
-        if not engine.advance.ready:
-            engine.advance(self._batch_of[0], 0, 0, stages)  # compile once
-        if self._pool is None or self._pool_owner != os.getpid():  # threads do not survive a fork
-            self._pool = ThreadPoolExecutor(self.threads - 1, thread_name_prefix="trust-env")
-            self._pool_owner = os.getpid()
-        shares = iter(self._shares)  # next() is atomic: whoever is free takes the next share
-        helpers = [self._pool.submit(self._take_shares, shares, stages, t) for t in range(1, self.threads)]
-        self._take_shares(shares, stages, 0)
-        for helper in helpers:
-            helper.result()
-
-    def _take_shares(self, shares: Iterator[tuple[int, int]], stages: int, thread: int) -> None:
-        for first, last in shares:
-            engine.advance(self._batch_of[thread], first, last, stages)
+        self.crew.run(stages)
 
     def start(self, worlds: np.ndarray) -> None:
         """Begin an episode in the worlds where `worlds` (bool[W]) is set; their seed, world_id and episode
@@ -247,22 +217,7 @@ class Worlds:
         return dict(zip(METRICS, columns, strict=True))
 
     def close(self) -> None:
-        if self._pool is not None:
-            self._pool.shutdown()
-            self._pool = None
-
-
-def _shares(num_worlds: int, threads: int) -> list[tuple[int, int]]:
-    """First and last of the worlds that a thread takes at a time, ever fewer, so that none waits long for
-    another (guided self-scheduling, Polychronopoulos & Kuck 1987).
-    """
-    shares, first = list[tuple[int, int]](), 0
-    while first < num_worlds:
-        left = num_worlds - first
-        size = min(left, _MOST if threads == 1 else max(_LEAST, min(_MOST, left // (2 * threads))))
-        shares.append((first, first + size))
-        first += size
-    return shares
+        self.crew.close()
 
 
 def _positive(name: str, value: Any) -> int:

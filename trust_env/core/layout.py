@@ -72,8 +72,9 @@ def _tracker_fields(prefix: str, axes: str) -> dict[str, str]:
 
 
 ROW_FIELDS = {
-    # which world this is
+    # which world this is, and what every step hands out
     "seed": "i8", "world_id": "i8", "episode": "i8", "frame": "i8", "active": "i8", "dt": "f8",
+    "reward": "f8 K", "metrics": "f8 8", "agent_trust": "f8 K",
     # agents and targets
     "pose": "f8 K 3", "fov_box": "f8 K 4", "target_alive": "b1 N", "target_state": "f8 N 4",
     "judged_alive": "b1 N", "judged_state": "f8 N 4", "judged_visible": "b1 N", "judged_confirmed": "b1 J",
@@ -88,14 +89,13 @@ ROW_FIELDS = {
     "expected": "b1 K J", "detected": "b1 K J", "held": "b1 K J",
     "assignment": "i8 K D", "agent_score": "f8 K J",
     # verdict and picture
-    "track_trust": "f8 J", "track_trust_var": "f8 J", "agent_trust": "f8 K", "agent_trust_var": "f8 K",
+    "track_trust": "f8 J", "track_trust_var": "f8 J", "agent_trust_var": "f8 K",
     "publish": "b1 J", "keep": "b1 J", "agent_weight": "f8 K", "published": "b1 J",
     "last_agent_trust": "f8 K",
     # what built-in defenses remember
     "belief_id": "i8 J", "track_belief": "f8 J 2", "agent_belief": "f8 K 2",
     # outcome of the frame
     "track_target": "i8 J", "track_label": "i8 J", "track_injected": "b1 J",
-    "metrics": "f8 8", "reward": "f8 K",
     # the players' side
     "action": "f8 K A", "observation": "f4 K O",
     # what only some defenses need: last, so that the other worlds stay close together

@@ -58,8 +58,13 @@ class NativeKernel:
 
     def __call__(self, *args: int) -> None:
         if not self.ready:
-            self._call, self.ready = self._prepared(), True
+            self.prepare()
         self._call(*args)
+
+    def prepare(self) -> None:
+        """Compile or load it, unless that is done."""
+        if not self.ready:
+            self._call, self.ready = self._prepared(), True
 
     def _prepared(self) -> Callable[..., Any]:
         if BOUNDSCHECK:  # an index out of range is raised by Numba's own wrapper
