@@ -44,9 +44,11 @@ class Crew:
 
     def run(self, stages: int) -> None:
         """Run the stages in all active worlds."""
-        if self.threads > 1:
-            self._wake()
-            self._wait()  # for what an interrupt may have left unfinished
+        if self.threads == 1:
+            engine.advance(self._address, 0, stages, _PATIENCE)
+            return
+        self._wake()
+        self._wait()  # for what an interrupt may have left unfinished
         engine.advance(self._address, 0, stages, _PATIENCE)
         self._wait()
 

@@ -39,7 +39,8 @@ class MachineCode:
             if llvm.address_of_symbol(name) is None:
                 raise LookupError(name)
         target = llvm.Target.from_default_triple().create_target_machine()
-        engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), target)
+        # The sections of code for the small model must lie close together.
+        engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), target, use_lmm=True)
         engine.add_object_file(llvm.ObjectFileRef.from_data(self.code))
         engine.finalize_object()
         return engine
@@ -96,14 +97,14 @@ class NativeKernel:
         options: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True}
         dispatcher: Any = numba.njit(**options)(self._function)
         result = dispatcher._compiler.compile(self._types(), None)
-        library = result.library
-        library.get_pointer_to_function(result.fndesc.llvm_func_name)  # generates the code
-        outer = [f.name for f in library._final_module.functions if f.is_declaration]
-        return MachineCode(
-            result.fndesc.llvm_func_name,
-            [name for name in outer if not name.startswith("llvm.")],
-            library._get_compiled_object(),
-        )
+        module = result.library._final_module
+        outer = [f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.")]
+        options: dict[str, Any] = {}
+        result.library.codegen._customize_tm_options(options)
+        # Numba's code may lie anywhere in memory, with every address in full; ours lies in one piece.
+        options |= {"opt": 3, "reloc": "pic", "codemodel": "small"}
+        machine = llvm.Target.from_default_triple().create_target_machine(**options)
+        return MachineCode(result.fndesc.llvm_func_name, outer, machine.emit_object(module))
 
     def _loaded(self, code: MachineCode) -> Callable[..., Any]:
         """Machine code in memory as a Python function. It returns through two pointers and a status; neither
