@@ -53,14 +53,14 @@ def _assign_unrivalled(world, rows, columns, unassigned_cost):
         degree[c], column_row[c] = 0, NONE
     for p in range(start[rows]):
         degree[pair_column[p]] += 1
-    for r in range(rows):
-        row_column[r] = NONE
+    for r in range(rows):  # without branches: which rows have rivals is hard to predict, for the processor too
         pairs, first = start[r + 1] - start[r], start[r]
-        if pairs == 1 and degree[pair_column[first]] == 1:
-            if cost[first] < unassigned_cost:
-                row_column[r], column_row[pair_column[first]] = pair_column[first], r
-        else:
-            rivals += pairs
+        c = pair_column[first]  # of a row without pairs, some column
+        alone = (pairs == 1) & (degree[c] == 1)
+        taken = alone & (cost[first] < unassigned_cost)
+        row_column[r] = c if taken else NONE
+        column_row[c] = r if taken else column_row[c]
+        rivals += 0 if alone else pairs
     return rivals > 0
 
 

@@ -39,24 +39,43 @@ def gather_evidence(world):
         for j in range(whole(world, F.columns)):
             held[k, j] = False
             expected[k, j] = (status[j] != EMPTY) & contains(world, k, mean[j, 0], mean[j, 1])
-            detected[k, j] = (status[j] != EMPTY) & _is_near(world, k, j)
+            detected[k, j] = False
         for j in range(whole(world, F.columns), expected.shape[1]):
             expected[k, j], detected[k, j], held[k, j] = False, False, False
+        _find_detected(world, k)
         _match_local_tracks(world, k, listed)
 
 
 @compiled
-def _is_near(world, k, j):
-    """Whether any detection of agent k lies within the gate of the track, or within `near_distance` where
+def _find_detected(world, k):
+    """`detected`: any detection of agent k lies within the gate of the track, or within `near_distance` where
     that is set.
+
+    Most tracks are detected by the detection that hit them: it is looked at first.
     """
+    status, detected, assignment = (
+        ints1(world, F.track_status),
+        flags2(world, F.detected)[k],
+        ints2(world, F.assignment)[k],
+    )
+    for d in range(ints1(world, F.report_count)[k]):
+        if assignment[d] != NONE:
+            detected[assignment[d]] = _is_near(world, k, assignment[d], d, d + 1)
+    for j in range(whole(world, F.columns)):
+        if (status[j] != EMPTY) & (not detected[j]):
+            detected[j] = _is_near(world, k, j, 0, ints1(world, F.report_count)[k])
+
+
+@compiled
+def _is_near(world, k, j, first, last):
+    """Whether any of the agent's detections `first` to `last - 1` lies near the track."""
     mean = floats2(world, F.track_mean)[j]
     points = floats3(world, F.reports)[k]
     noise = floats3(world, F.noise_cov)[k]
     xx, xy, yy, det = innovation_cov(floats3(world, F.track_cov)[j], noise[0, 0], noise[0, 1], noise[1, 1])
     gate, near = real(world, F.gate), real(world, F.near_distance)
     limit, found = gate * det, False
-    for d in range(ints1(world, F.report_count)[k]):
+    for d in range(first, last):
         dx, dy = points[d, 0] - mean[0], points[d, 1] - mean[1]
         gated = yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy <= limit
         found |= gated | (dx * dx + dy * dy <= near * near)

@@ -76,11 +76,14 @@ def sense(world, frame):
     """Every agent's raw detections of a frame, nearest first."""
     key = key_of(world)
     alive, state = flags1(world, F.target_alive), floats2(world, F.target_state)
+    inside = ints1(world, F.listing)
     for k in range(shape0(world, F.pose)):
-        ints1(world, F.raw_count)[k] = 0
+        listed, ints1(world, F.raw_count)[k] = 0, 0
         for n in range(alive.shape[0]):
-            if alive[n] and contains(world, k, state[n, 0], state[n, 1]):
-                _detect(world, key, frame, k, n)
+            inside[listed] = n
+            listed += int(alive[n] & contains(world, k, state[n, 0], state[n, 1]))
+        for i in range(listed):
+            _detect(world, key, frame, k, inside[i])
         _add_clutter(world, key, frame, k)
 
 

@@ -68,13 +68,14 @@ def scan(world, tracker, k, weight):
     score, miss_gain = tracker_floats1(world, tracker, F.track_score), weight * floats1(world, F.miss_gain)[k]
     most_pairs_then_least_cost(world, detections, seen)
     for c in range(seen):
-        if column_row[c] != NONE:
-            _hit(world, tracker, k, weight, c, column_row[c])
-        elif inside[c]:
-            gain[columns[c]] = miss_gain
-            score[columns[c]] += miss_gain
+        missed = miss_gain if inside[c] & (column_row[c] == NONE) else 0.0
+        gain[columns[c]] = missed
+        score[columns[c]] += missed
     for d in range(detections):
-        assignment[d] = columns[row_column[d]] if row_column[d] != NONE else NONE
+        assignment[d] = NONE
+        if row_column[d] != NONE:
+            assignment[d] = columns[row_column[d]]
+            _hit(world, tracker, k, weight, row_column[d], d)
     for d in range(detections):
         if assignment[d] == NONE:
             start_track(world, tracker, k, weight, d)
