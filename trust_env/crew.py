@@ -10,6 +10,7 @@ import numpy as np
 
 from trust_env import engine
 from trust_env.core.jit import BOUNDSCHECK, JIT_OFF
+from trust_env.core.layout import aligned_zeros
 from trust_env.packing import Pack
 
 _PER_THREAD = 16  # fewer worlds are not worth another thread
@@ -29,7 +30,7 @@ class Crew:
         num_worlds, layout = len(rows), pack.layout
         # Without the compiler, threads only take turns; with checks, an error must reach the caller.
         self.threads = 1 if JIT_OFF or BOUNDSCHECK else min(threads, -(-num_worlds // _PER_THREAD))
-        self.scratch = np.zeros((self.threads, layout.scratch_bytes), dtype=np.uint8)
+        self.scratch = aligned_zeros(self.threads, layout.scratch_bytes)
         self._buffers = rows, pack.params, layout.table  # they live as long as a thread may use them
         first, params, table = (buffer.ctypes.data for buffer in self._buffers)
         batches = [(first, layout.row_bytes, params, s.ctypes.data, table) for s in self.scratch]

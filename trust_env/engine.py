@@ -125,8 +125,8 @@ def _run_stage(world, stage):
         observe(world)
 
 
-# What the threads of a crew share, int64[BATCHES + 5 threads]: what is to be done, how far it is; and then, for
-# each thread, where rows uint8[W, ·] begin and how long they are, where params, its scratch and layout begin.
+# What the threads of a crew share, int64[BATCHES + 5 threads]: what is to be done and how far it is; then,
+# for each, where rows uint8[W, ·] begin and how long they are, and where params, scratch and layout begin.
 STAGES, WORLDS, THREADS, LEAST, MOST, TAKEN, DONE, BATCHES = range(8)
 BATCH = 5
 

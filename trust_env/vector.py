@@ -10,7 +10,7 @@ from gymnasium.spaces import Box
 
 from trust_env.action import action_table
 from trust_env.packing import action_size
-from trust_env.worlds import Arrays, Worlds, checked_seed
+from trust_env.worlds import Arrays, Worlds, by_name, checked_seed
 
 __all__ = ["VectorEnv", "vector_env"]
 
@@ -74,7 +74,7 @@ class VectorEnv:
         arrays.world_id[...], arrays.episode[...] = worlds, episodes
         self.worlds.start(np.ones(self.num_worlds, dtype=bool))
         self._started = True
-        return arrays.observation.copy(), self._info()
+        return arrays.observation.copy(), _info(self.worlds.head())
 
     def step(self, actions: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """One frame of every world on actions[W, K, A]: observations, rewards float64[W, K], terminated and
@@ -85,13 +85,14 @@ class VectorEnv:
         arrays = self.worlds.arrays
         arrays.action[...] = self._checked(actions)
         self.worlds.step()
-        truncated = arrays.frame.reshape(-1) >= self.max_cycles
-        rewards, info = arrays.reward.copy(), self._info()
+        head = self.worlds.head()
+        truncated, info = head["frame"] >= self.max_cycles, _info(head)
         if self.autoreset and truncated.any():
             info["final_obs"] = arrays.observation.copy()
             arrays.episode[truncated] += 1
             self.worlds.start(truncated)
-        return arrays.observation.copy(), rewards, np.zeros(self.num_worlds, dtype=bool), truncated, info
+        terminated = np.zeros(self.num_worlds, dtype=bool)
+        return arrays.observation.copy(), head["reward"], terminated, truncated, info
 
     def _checked(self, actions: Any) -> np.ndarray:
         expected = self.worlds.arrays.action.shape
@@ -101,7 +102,7 @@ class VectorEnv:
                 f"actions must be numbers of shape {list(expected)} (worlds, agents, entries); "
                 f"got {list(array.shape)} of {array.dtype}"
             )
-        if not np.isfinite(array).all():
+        if not np.isfinite(array.sum()) and not np.isfinite(array).all():  # a sum is found sooner
             w, k, entry = np.argwhere(~np.isfinite(array))[0]
             raise ValueError(
                 "actions must be finite; "
@@ -122,19 +123,18 @@ class VectorEnv:
             )
         return array
 
-    def _info(self) -> dict[str, Any]:
-        arrays = self.worlds.arrays
-        ids = {
-            "seed": arrays.seed,
-            "world": arrays.world_id,
-            "episode": arrays.episode,
-            "frame": arrays.frame,
-        }
-        copies = {name: array.reshape(-1).copy() for name, array in ids.items()}
-        return self.worlds.metrics() | {"agent_trust": arrays.agent_trust.copy()} | copies
-
     def close(self) -> None:
         self.worlds.close()
+
+
+def _info(head: np.ndarray) -> dict[str, Any]:
+    return by_name(head["metrics"]) | {
+        "agent_trust": head["agent_trust"],
+        "seed": head["seed"],
+        "world": head["world_id"],
+        "episode": head["episode"],
+        "frame": head["frame"],
+    }
 
 
 def vector_env(

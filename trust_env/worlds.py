@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from trust_env import engine
-from trust_env.core.layout import METRICS, ROW
+from trust_env.core.layout import METRICS, ROW, aligned_zeros
 from trust_env.core.score import CONFIRMED
 from trust_env.crew import Crew
 from trust_env.defenses import BuiltIn, Defense, Evidence, Shape, Verdict, build_defense, fits_publication
@@ -74,12 +74,13 @@ class Worlds:
         self.num_worlds = _positive("num_worlds", num_worlds)
         available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         self.threads = _positive("threads", threads or available)
-        self._allocate(np.zeros((self.num_worlds, 0), dtype=np.uint8))
+        self._allocate()
 
-    def _allocate(self, rows: np.ndarray) -> None:
+    def _allocate(self) -> None:
         self.pack = Pack(self.scenario, self.defense, self.horizon)
         layout = self.pack.layout
-        self.rows = rows if rows.size else np.zeros((self.num_worlds, layout.row_bytes), dtype=np.uint8)
+        self._head = layout.head
+        self.rows = aligned_zeros(self.num_worlds, layout.row_bytes)
         self.arrays = Arrays(self.pack, self.rows)
         self.crew = Crew(self.pack, self.rows, self.threads)
         self.arrays.dt[...] = self.scenario.dt
@@ -114,7 +115,8 @@ class Worlds:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update({name: value for name, value in state.items() if name != "rows"})
-        self._allocate(np.ascontiguousarray(state["rows"]).copy())
+        self._allocate()
+        self.rows[...] = state["rows"]
 
     # --- running ---
 
@@ -213,11 +215,19 @@ class Worlds:
 
     def metrics(self) -> dict[str, np.ndarray]:
         """The frame's metrics by name, each `[W]`."""
-        columns = self.arrays.metrics.T.copy()
-        return dict(zip(METRICS, columns, strict=True))
+        return by_name(self.arrays.metrics.copy())
+
+    def head(self) -> np.ndarray:
+        """A copy of what every step hands out, a record `HEAD` for every world."""
+        return self.rows[:, : self._head.itemsize].copy().view(self._head)[:, 0]
 
     def close(self) -> None:
         self.crew.close()
+
+
+def by_name(metrics: np.ndarray) -> dict[str, np.ndarray]:
+    """Metrics `[W, ·]` in the order of `METRICS` as a dictionary of `[W]`."""
+    return dict(zip(METRICS, metrics.T, strict=True))
 
 
 def _positive(name: str, value: Any) -> int:

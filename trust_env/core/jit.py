@@ -96,6 +96,11 @@ class _EntryLibrary(JITCodeLibrary):
     def finalize(self) -> None:
         _link(self._final_module, self._linking_libraries)
         self._linking_libraries = []
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
+                function.linkage = (
+                    Linkage.internal
+                )  # nobody else calls it: it may be changed, or inlined and gone
         super().finalize()
 
 

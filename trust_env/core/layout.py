@@ -72,7 +72,7 @@ def _tracker_fields(prefix: str, axes: str) -> dict[str, str]:
 
 
 ROW_FIELDS = {
-    # which world this is, and what every step hands out
+    # which world this is, and what every step hands out: `HEAD`
     "seed": "i8", "world_id": "i8", "episode": "i8", "frame": "i8", "active": "i8", "dt": "f8",
     "reward": "f8 K", "metrics": "f8 8", "agent_trust": "f8 K",
     # agents and targets
@@ -112,6 +112,7 @@ SCRATCH_FIELDS = {
     "rank": "f8 D", "scan_assignment": "i8 R", "listing": "i8 C", "estimates": "f8 R 2", "truths": "f8 C 2",
 }  # fmt: skip
 
+HEAD = ("seed", "world_id", "episode", "frame", "reward", "metrics", "agent_trust")
 METRICS = (
     "false_tracks",
     "injected_tracks",
@@ -146,6 +147,20 @@ def _shape(kind: str, dims: Mapping[str, int]) -> tuple[int, ...]:
     return tuple(shape)
 
 
+_CACHE_LINE = 64  # bytes
+
+
+def _round_up(size: int, step: int) -> int:
+    return -(-size // step) * step
+
+
+def aligned_zeros(count: int, size: int) -> np.ndarray:
+    """uint8[count, size] that begins with a cache line; fields as long as one then do, too."""
+    raw = np.zeros(count * size + _CACHE_LINE, dtype=np.uint8)
+    first = -raw.ctypes.data % _CACHE_LINE
+    return raw[first : first + count * size].reshape(count, size)
+
+
 class Layout:
     """Offsets of every field for given dimensions.
 
@@ -159,11 +174,15 @@ class Layout:
         sizes = [0, 0, 0]
         for index, (name, kind, buffer) in enumerate(_ALL):
             dtype, shape = np.dtype(kind.split()[0]), _shape(kind, dims)
+            size = int(np.prod(shape, dtype=np.int64)) * dtype.itemsize
+            offset = _round_up(sizes[buffer], _CACHE_LINE if size >= _CACHE_LINE else 8)
             padded = (*shape, 1, 1, 1, 1)[:4]
-            self.table[index] = (buffer, sizes[buffer], *padded)
-            self.kinds[name] = (buffer, sizes[buffer], dtype, shape)
-            sizes[buffer] += -(-int(np.prod(shape, dtype=np.int64)) * dtype.itemsize // 8) * 8
-        self.row_bytes, self.param_bytes, self.scratch_bytes = (-(-max(s, 8) // 64) * 64 for s in sizes)
+            self.table[index] = (buffer, offset, *padded)
+            self.kinds[name] = (buffer, offset, dtype, shape)
+            sizes[buffer] = offset + size
+        self.row_bytes, self.param_bytes, self.scratch_bytes = (
+            _round_up(max(size, 1), _CACHE_LINE) for size in sizes
+        )
 
     def view(self, buffer: np.ndarray, name: str) -> np.ndarray:
         """The live NumPy view of a field in `buffer[bytes]`, or with a leading W in `buffer[W, bytes]`."""
@@ -173,6 +192,13 @@ class Layout:
         ]
         lead = buffer.shape[:-1]
         return np.ndarray(lead + shape, dtype, buffer.data, offset, (*buffer.strides[:-1], *strides))
+
+    @property
+    def head(self) -> np.dtype:
+        """The beginning of a world's row, with the fields that every step hands out, as a record."""
+        kinds = [self.kinds[name] for name in HEAD]
+        formats, offsets = [(dtype, shape) for *_, dtype, shape in kinds], [offset for _, offset, *_ in kinds]
+        return np.dtype({"names": HEAD, "formats": formats, "offsets": offsets})
 
 
 # --- cutting views inside kernels
