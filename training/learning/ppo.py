@@ -25,7 +25,10 @@ _COUNTS = ("num_timesteps", "_n_updates", "_current_progress_remaining")
 
 
 class LearnersPPO(PPO):
-    """`PPO` whose rollouts ask for the values of all final observations at once, not one by one."""
+    """`PPO` whose rollouts ask for the values of all final observations at once, not one by one.
+
+    A rollout leaves torch one thread: its others would wait, awake, on the processors that step the worlds.
+    """
 
     def collect_rollouts(
         self, env: VecEnv, callback: BaseCallback, rollout_buffer: RolloutBuffer, n_rollout_steps: int
@@ -34,7 +37,7 @@ class LearnersPPO(PPO):
         self.policy.set_training_mode(False)
         rollout_buffer.reset()
         callback.on_rollout_start()
-        with th.no_grad():
+        with _torch_threads(1), th.no_grad():
             for _ in range(n_rollout_steps):
                 if not self._collect_frame(env, callback, rollout_buffer):
                     return False
@@ -159,13 +162,22 @@ def _set_statistics(env: VecNormalize, found: Mapping[str, Any]) -> None:
 @contextlib.contextmanager
 def own_torch(threads: int) -> Iterator[None]:
     """While the block runs, torch has so many threads; the random generators of others end as they began."""
-    random_state, before = get_random_state(), th.get_num_threads()
+    random_state = get_random_state()
+    try:
+        with _torch_threads(threads):
+            yield
+    finally:
+        set_random_state(random_state)
+
+
+@contextlib.contextmanager
+def _torch_threads(threads: int) -> Iterator[None]:
+    before = th.get_num_threads()
     th.set_num_threads(threads)
     try:
         yield
     finally:
         th.set_num_threads(before)
-        set_random_state(random_state)
 
 
 def get_random_state() -> dict[str, Any]:
