@@ -13,6 +13,7 @@ import pytest
 from scipy import stats
 
 import trust_env
+from trust_env import crew
 from trust_env.vector import VectorEnv
 
 FRAMES = 25
@@ -103,7 +104,7 @@ def test_not_on_the_attack(honest, act):
 
 
 @pytest.mark.core
-@pytest.mark.parametrize(("n_worlds", "threads"), [(1, 1), (7, 1), (40, 2), (256, 1), (256, 2)])
+@pytest.mark.parametrize(("n_worlds", "threads"), [(1, 1), (7, 1), (40, 2), (256, 1), (256, 2), (256, 9)])
 def test_not_on_the_batch_or_the_threads(honest, n_worlds, threads):
     more = run(n_worlds=n_worlds, threads=threads, defense="trust")
     assert same(honest, more, n_worlds=min(3, n_worlds))
@@ -278,6 +279,12 @@ def test_not_on_threads_that_run_at_once():
     alone = [fingerprint(*case) for case in cases]
     with ThreadPoolExecutor(3) as pool:
         assert list(pool.map(lambda case: fingerprint(*case), cases)) == alone
+
+
+def test_not_on_the_patience_of_threads(monkeypatch):
+    expected = fingerprint()
+    monkeypatch.setattr(crew, "_PATIENCE", 1)  # who waits goes to sleep at once, the caller, too
+    assert fingerprint() == expected
 
 
 def _send_fingerprint(sender: Any, env: VectorEnv | None) -> None:

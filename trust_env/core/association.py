@@ -53,9 +53,7 @@ def _assign_unrivalled(world, rows, columns, unassigned_cost):
         degree[c], column_row[c] = 0, NONE
     for p in range(start[rows]):
         degree[pair_column[p]] += 1
-    for r in range(
-        rows
-    ):  # without branches: which rows have rivals is hard to predict, for the processor too
+    for r in range(rows):  # without branches, as nobody can predict which rows have rivals
         pairs, first = start[r + 1] - start[r], start[r]
         c = pair_column[first]  # of a row without pairs, some column
         alone = (pairs == 1) & (degree[c] == 1)

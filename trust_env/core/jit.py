@@ -98,9 +98,7 @@ class _EntryLibrary(JITCodeLibrary):
         self._linking_libraries = []
         for function in self._final_module.functions:
             if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
-                function.linkage = (
-                    Linkage.internal
-                )  # nobody else calls it: it may be changed, or inlined and gone
+                function.linkage = Linkage.internal  # nobody else calls it: it may be changed, or go
         super().finalize()
 
 
