@@ -96,9 +96,11 @@ class _EntryLibrary(JITCodeLibrary):
     def finalize(self) -> None:
         _link(self._final_module, self._linking_libraries)
         self._linking_libraries = []
+        # What only the entry calls may be changed, or go. It must not keep a name, not even an internal one:
+        # other code in this process would be given it for its own copy of the same function.
         for function in self._final_module.functions:
             if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
-                function.linkage = Linkage.internal  # nobody else calls it: it may be changed, or go
+                function.linkage = Linkage.private
         super().finalize()
 
 
