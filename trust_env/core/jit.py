@@ -93,6 +93,11 @@ class _LinkOnlyLibrary(JITCodeLibrary):
 class _EntryLibrary(JITCodeLibrary):
     """The code of an entry, linked with all that it calls at once."""
 
+    def _optimize_final_module(self) -> None:
+        """Once and in full; Numba's cheap round before that is for reference counts, which we have none of."""
+        manager, builder = self._codegen._module_pass_manager()
+        manager.run(self._final_module, builder)
+
     def finalize(self) -> None:
         _link(self._final_module, self._linking_libraries)
         self._linking_libraries = []
