@@ -94,7 +94,7 @@ class _EntryLibrary(JITCodeLibrary):
     """The code of an entry, linked with all that it calls at once."""
 
     def _optimize_final_module(self) -> None:
-        """Once and in full; Numba's cheap round before that is for reference counts, which we have none of."""
+        """In one round; the cheap one that Numba puts before it is for reference counts, and we have none."""
         manager, builder = self._codegen._module_pass_manager()
         manager.run(self._final_module, builder)
 
