@@ -99,11 +99,11 @@ class NativeKernel:
         result = dispatcher._compiler.compile(self._types(), None)
         module = result.library._final_module
         outer = [f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.")]
-        options: dict[str, Any] = {}
-        result.library.codegen._customize_tm_options(options)
+        target: dict[str, Any] = {}
+        result.library.codegen._customize_tm_options(target)
         # Numba's code may lie anywhere in memory, with every address in full; ours lies in one piece.
-        options |= {"opt": 3, "reloc": "pic", "codemodel": "small"}
-        machine = llvm.Target.from_default_triple().create_target_machine(**options)
+        target |= {"opt": 3, "reloc": "pic", "codemodel": "small"}
+        machine = llvm.Target.from_default_triple().create_target_machine(**target)
         return MachineCode(result.fndesc.llvm_func_name, outer, machine.emit_object(module))
 
     def _loaded(self, code: MachineCode) -> Callable[..., Any]:
