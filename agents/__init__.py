@@ -10,13 +10,12 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from agents.baseline import Honest, Random
-from agents.coalition import FovAware, OptimalFalsePositive
-from agents.learned import Learned
-from agents.parameters import made
-from agents.phantoms import FalsePositive
-from agents.player import Player
-from agents.policy import (
+from trust_env.agents.attacks.baseline import Honest, Random
+from trust_env.agents.attacks.false_positive import FalsePositive
+from trust_env.agents.attacks.shared_false_positives import FovAware, OptimalFalsePositive
+from trust_env.agents.attacks.suppression import Suppress
+from trust_env.agents.attacks.timing import OnOff, Sleeper
+from trust_env.agents.base import (
     Policy,
     PolicyContext,
     PolicyLike,
@@ -25,8 +24,9 @@ from agents.policy import (
     name_of,
     sufficient_knowledge,
 )
-from agents.suppression import Suppress
-from agents.timing import OnOff, Sleeper
+from trust_env.agents.learned.policy import Learned
+from trust_env.agents.parameters import made
+from trust_env.agents.player import Player
 from trust_env.errors import unknown_name
 from trust_env.spec import Spec, load_object, parse
 

@@ -7,11 +7,11 @@ from typing import Any, overload
 
 import numpy as np
 
-from agents.policy import PolicyContext, PolicyLike, check_knowledge, name_of
-from trust_env.action import action_table
+from trust_env.agents.base import PolicyContext, PolicyLike, check_knowledge, name_of
 from trust_env.errors import unknown_name
-from trust_env.observation import ObservationTable
 from trust_env.scenario import Scenario
+from trust_env.spaces.action import action_table
+from trust_env.spaces.observation import ObservationTable
 
 ROLES = ("adversary", "benign")
 
@@ -85,7 +85,7 @@ class Player:
 
 def _coalitions(scenario: Scenario, policies: Mapping[str, Any]) -> list[tuple[PolicyLike, np.ndarray]]:
     """Policies and the indices of the agents that each plays."""
-    from agents import build_policy
+    from trust_env.agents import build_policy
 
     names, roles = scenario.agent_names, scenario.roles
     for key in policies:

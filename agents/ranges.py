@@ -9,8 +9,8 @@ import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from agents.phantoms import MOTIONS
-from agents.suppression import CHOICES
+from trust_env.agents.attacks.false_positive import MOTIONS
+from trust_env.agents.attacks.suppression import CHOICES
 from trust_env.scenario import Scenario
 
 

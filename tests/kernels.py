@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from oracle import Contains, circle, polygon, sector
 
-from trust_env.core.jit import Entry
-from trust_env.core.layout import PARAMS, ROW, World
+from trust_env.batch import Worlds
+from trust_env.compiled.jit import Entry
 from trust_env.scenario import Scenario
-from trust_env.worlds import Worlds
-
-SHARED = (
-    Path(__file__).resolve().parents[2] / "shared"
-)  # published numbers, beside the repository where they are
+from trust_env.world.fields import PARAMS, ROW, World
 
 
 class Bench:

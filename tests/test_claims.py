@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from paths import TRAFFIC
 
 import trust_env
-from agents import Player
-
-DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "opensky_uk_2021-07-12.csv"
+from trust_env.agents import Player
 
 
 def injected_tracks_shown(defense: str, attack: str = "false_positive", worlds: int = 6) -> np.ndarray:
     """[4, 6, 2]: by reporting adversaries and honest observers, injected tracks confirmed, and those shown; a
     track counts once a frame.
     """
-    scenario = trust_env.load_scenario("skies", **{"targets.data": str(DATA)})
+    scenario = trust_env.load_scenario("skies", **{"targets.data": str(TRAFFIC)})
     venv = trust_env.vector_env(scenario, defense, num_worlds=worlds, autoreset=False)
     player, a = Player(venv, {"adversary": attack}), venv.arrays
     adversary = np.array(scenario.roles) == "adversary"
@@ -35,7 +32,7 @@ def injected_tracks_shown(defense: str, attack: str = "false_positive", worlds: 
     return counts
 
 
-@pytest.mark.skipif(not DATA.is_file(), reason="the recording in ../shared/data is not there")
+@pytest.mark.skipif(not TRAFFIC.is_file(), reason="the recording in ../shared/data is not there")
 def test_trust_hides_what_as_many_honest_agents_contradict_and_score_hides_nothing():
     reporters, observers = np.indices((4, 6))
     even = (reporters >= 1) & (observers == reporters)
@@ -50,7 +47,7 @@ def test_trust_hides_what_as_many_honest_agents_contradict_and_score_hides_nothi
     assert shown < 0.01 * confirmed
 
 
-@pytest.mark.skipif(not DATA.is_file(), reason="the recording in ../shared/data is not there")
+@pytest.mark.skipif(not TRAFFIC.is_file(), reason="the recording in ../shared/data is not there")
 def test_a_lone_observer_cannot_be_contradicted():
     counts = injected_tracks_shown("trust")
     confirmed, shown = counts[1, 0]  # one adversary reports it, no honest agent can see it

@@ -3,7 +3,6 @@
 import itertools
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,10 +19,11 @@ from oracle import (
     polygon,
     sector,
 )
+from paths import REFERENCE
 
 from trust_env import theory
 
-CASES = json.loads((Path(__file__).parent / "reference" / "cdc2024_cases.json").read_text())["cases"]
+CASES = json.loads((REFERENCE / "cdc2024_cases.json").read_text())["cases"]
 PRIOR_MEAN = {"trusted": 0.8, "untrusted": 0.5, "distrusted": 0.2}
 EVERYWHERE = circle((0.0, 0.0), 1e9)
 NOWHERE = circle((1e9, 0.0), 1.0)

@@ -13,9 +13,9 @@ from kernels import fov_of
 from scipy.optimize import linear_sum_assignment
 
 import trust_env
-from trust_env.core.layout import METRICS
 from trust_env.scenario import ScenarioError
 from trust_env.vector import VectorEnv
+from trust_env.world.fields import METRICS
 
 SETTINGS = settings(
     max_examples=60,

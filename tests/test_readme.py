@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import re
 import sys
-from pathlib import Path
 
 import pytest
 import yaml
+from paths import ROOT
 
-ROOT = Path(__file__).resolve().parents[1]
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", TEXT, flags=re.MULTILINE | re.DOTALL)
 
@@ -73,7 +72,7 @@ def test_the_scenario_file_is_valid(reader):
 
 def test_every_command_exists():
     """Words after `trust-env` in the shell blocks are commands, their options are known."""
-    from training.cli import main
+    from trust_env.training.cli.main import main
 
     commands = [
         line.split("#")[0].split()[1]

@@ -3,23 +3,23 @@
 import itertools
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from paths import REFERENCE
 
 from trust_env import theory
 
-REFERENCE = json.loads((Path(__file__).parent / "reference" / "frames_to_confirm.json").read_text())
+FRAMES = json.loads((REFERENCE / "frames_to_confirm.json").read_text())
 INF = math.inf
 
 
-@pytest.mark.parametrize("table", REFERENCE["tables"], ids=lambda t: f"eta={t['eta']},alpha={t['alpha']}")
+@pytest.mark.parametrize("table", FRAMES["tables"], ids=lambda t: f"eta={t['eta']},alpha={t['alpha']}")
 def test_theorem_1_equals_every_published_table(table):
     for n_adversaries, row in enumerate(table["t_min"], start=1):
         for n_benign, published in enumerate(row):
             frames = theory.frames_to_confirm(
-                n_adversaries, n_benign, eta=table["eta"], alpha=table["alpha"], **REFERENCE["parameters"]
+                n_adversaries, n_benign, eta=table["eta"], alpha=table["alpha"], **FRAMES["parameters"]
             )
             assert frames == pytest.approx(INF if published is None else published, abs=1e-6)
 

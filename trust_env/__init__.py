@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from trust_env.defenses.verdict import Evidence, Shape, Verdict
-    from trust_env.fusion import FusionCentre, replay_evidence
+    from trust_env.defenses.base import Evidence, Shape, Verdict
+    from trust_env.fusion_centre import FusionCentre, replay_evidence
     from trust_env.parallel import env, parallel_env, raw_env
     from trust_env.scenario import Scenario, ScenarioError, load_scenario, scenarios
     from trust_env.vector import vector_env
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
 
 _HOMES = {
-    "Evidence": "defenses.verdict",
-    "Shape": "defenses.verdict",
-    "Verdict": "defenses.verdict",
-    "FusionCentre": "fusion",
-    "replay_evidence": "fusion",
+    "Evidence": "defenses.base",
+    "Shape": "defenses.base",
+    "Verdict": "defenses.base",
+    "FusionCentre": "fusion_centre",
+    "replay_evidence": "fusion_centre",
     "env": "parallel",
     "parallel_env": "parallel",
     "raw_env": "parallel",
@@ -58,12 +58,8 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name in _HOMES:
         return getattr(importlib.import_module(f"trust_env.{_HOMES[name]}"), name)
-    if name in (
-        "conformance",
-        "defenses",
-        "metrics",
-        "theory",
-    ):  # `trust_env.defenses()` lists them: a module that can be called
+    # `trust_env.defenses()` lists what is built in: a module that can be called.
+    if name in ("agents", "conformance", "defenses", "metrics", "theory", "training"):
         return importlib.import_module(f"trust_env.{name}")
     raise AttributeError(f"module 'trust_env' has no attribute {name!r}")
 

@@ -13,11 +13,11 @@ from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import wrappers
 from pettingzoo.utils.conversions import parallel_to_aec
 
-from trust_env.core.layout import METRICS
+from trust_env.batch import Arrays, Worlds, checked_seed
 from trust_env.errors import unknown_name
-from trust_env.packing import action_size
-from trust_env.state import StateTable
-from trust_env.worlds import Arrays, Worlds, checked_seed
+from trust_env.parameters import action_size
+from trust_env.spaces.state import StateTable
+from trust_env.world.fields import METRICS
 
 INFO_KEYS = METRICS[:5]
 

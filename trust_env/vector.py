@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Box
 
-from trust_env.action import action_table
-from trust_env.packing import action_size
-from trust_env.worlds import Arrays, Worlds, by_name, checked_seed
+from trust_env.batch import Arrays, Worlds, by_name, checked_seed
+from trust_env.parameters import action_size
+from trust_env.spaces.action import action_table
 
 __all__ = ["VectorEnv", "vector_env"]
 

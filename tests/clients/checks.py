@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from training.examples import Outcome
+from trust_env.training.examples import Outcome
 
 
 def check_trained(outcome: Outcome, updates: int, learners: set[str]) -> None:

@@ -10,6 +10,6 @@ pytestmark = pytest.mark.extra("agilerl")
 
 @pytest.mark.parametrize("scenario", ["trio", "patrol"])
 def test_the_example_trains(scenario):
-    from training.examples import agilerl_ppo
+    from trust_env.training.examples import agilerl_ppo
 
     check_trained(agilerl_ppo.train(updates=2, scenario=scenario), 2, {"adversary", "benign"})

@@ -10,6 +10,6 @@ pytestmark = pytest.mark.extra("benchmarl")
 
 @pytest.mark.parametrize("scenario", ["trio", "patrol"])
 def test_the_example_trains(scenario):
-    from training.examples import benchmarl_ppo
+    from trust_env.training.examples import benchmarl_ppo
 
     check_trained(benchmarl_ppo.train(updates=2, scenario=scenario), 2, {"adversary", "benign"})

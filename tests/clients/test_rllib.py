@@ -21,13 +21,13 @@ def quiet_ray():
 
 
 def test_the_example_trains_the_adversaries_only():
-    from training.examples import rllib
+    from trust_env.training.examples import rllib
 
     check_trained(rllib.train(updates=2, scenario="patrol"), 2, {"adversary"})
 
 
 def test_both_sides_learn_at_once():
-    from training.examples import rllib_both_sides
+    from trust_env.training.examples import rllib_both_sides
 
     check_trained(rllib_both_sides.train(updates=2), 2, {"adversary", "benign"})
 
@@ -36,7 +36,7 @@ def test_the_module_of_the_benign_agents_is_honest():
     import torch
     from ray.rllib.core.columns import Columns
 
-    from training.examples.rllib import Honest
+    from trust_env.training.examples.rllib import Honest
 
     env = trust_env.parallel_env("trio")
     module = Honest(

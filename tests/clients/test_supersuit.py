@@ -16,13 +16,21 @@ pytestmark = pytest.mark.extra("clients")
 
 @pytest.mark.parametrize("scenario", ["trio", "patrol"])
 def test_the_example_trains(scenario):
-    from training.examples import supersuit_ppo
+    from trust_env.training.examples import supersuit_ppo
 
     check_trained(supersuit_ppo.train(updates=2, scenario=scenario), 2, {"all agents"})
 
 
 def test_an_example_runs_as_a_program():
-    program = [sys.executable, "-m", "training.examples.supersuit_ppo", "--updates", "1", "--seed", "7"]
+    program = [
+        sys.executable,
+        "-m",
+        "trust_env.training.examples.supersuit_ppo",
+        "--updates",
+        "1",
+        "--seed",
+        "7",
+    ]
     printed = subprocess.run(program, capture_output=True, text=True, check=True).stdout
     assert printed.startswith("SuperSuit: 1 updates, loss ")
 

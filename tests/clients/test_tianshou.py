@@ -13,7 +13,7 @@ pytestmark = pytest.mark.extra("clients")
 
 @pytest.mark.parametrize("scenario", ["trio", "patrol"])
 def test_the_example_trains(scenario):
-    from training.examples import tianshou_sac
+    from trust_env.training.examples import tianshou_sac
 
     check_trained(tianshou_sac.train(updates=2, scenario=scenario), 2, {"adversary", "benign"})
 
@@ -48,7 +48,7 @@ def test_returns_reach_the_rewards_of_the_own_frame():
     from tianshou.data import Batch, ReplayBuffer
     from tianshou.env import PettingZooEnv
 
-    from training.examples.tianshou_sac import Learner
+    from trust_env.training.examples.tianshou_sac import Learner
 
     env = PettingZooEnv(trust_env.env("trio"))
     algorithm = MultiAgentOffPolicyAlgorithm(algorithms=[learner := Learner(env)] * 3, env=env)

@@ -16,13 +16,13 @@ pytestmark = [
 
 @pytest.mark.parametrize("scenario", ["trio", "patrol"])
 def test_the_example_trains(scenario):
-    from training.examples import torchrl_ppo
+    from trust_env.training.examples import torchrl_ppo
 
     check_trained(torchrl_ppo.train(updates=2, scenario=scenario), 2, {"adversary"})
 
 
 def test_the_same_seed_gives_the_same_weights():
-    from training.examples import torchrl_ppo
+    from trust_env.training.examples import torchrl_ppo
 
     first, second = (torchrl_ppo.train(updates=1, seed=3).changes["adversary"] for _ in range(2))
     np.testing.assert_array_equal(first, second)

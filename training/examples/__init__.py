@@ -1,4 +1,4 @@
-"""trust-env in other people's training libraries: one file each, run as `python -m training.examples.rllib`.
+"""trust-env in other people's training libraries: one file each, run as `python -m trust_env.training.examples.rllib`.
 
 Each trains for a few updates, so that it runs in seconds, then plays what it has trained and reports the
 damage by the environment's own metrics. To train in earnest, raise `--updates` and the sizes of the batches.
@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from agents import Player, Policy
 from trust_env import vector_env
+from trust_env.agents import Player, Policy
 from trust_env.metrics import EpisodeMetrics
 
 Choose = Callable[[np.ndarray], Any]

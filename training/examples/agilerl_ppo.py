@@ -11,7 +11,7 @@ from agilerl.training.train_multi_agent_on_policy import train_multi_agent_on_po
 from agilerl.vector import PzDummyVecEnv
 
 import trust_env
-from training.examples import Outcome, damage, weights
+from trust_env.training.examples import Outcome, damage, weights
 
 
 class Recorded(IPPO):

@@ -16,7 +16,7 @@ from tensordict import TensorDict
 from torchrl.envs import PettingZooWrapper
 
 import trust_env
-from training.examples import Outcome, damage, weights
+from trust_env.training.examples import Outcome, damage, weights
 
 
 class TrustTask(PettingZooClass):

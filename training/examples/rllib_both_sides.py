@@ -13,7 +13,7 @@ from ray.rllib.env.wrappers.pettingzoo_env import ParallelPettingZooEnv
 from ray.tune.registry import register_env
 
 import trust_env
-from training.examples import Outcome, damage, weights
+from trust_env.training.examples import Outcome, damage, weights
 
 SIDES = ("adversary", "benign")
 

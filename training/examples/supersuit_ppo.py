@@ -11,7 +11,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.utils import set_random_seed
 
 import trust_env
-from training.examples import Outcome, damage, weights
+from trust_env.training.examples import Outcome, damage, weights
 
 
 def train(updates: int = 2, scenario: str = "trio", defense: str = "score", seed: int = 0) -> Outcome:

@@ -14,7 +14,7 @@ from tianshou.utils.net.continuous import ContinuousActorProbabilistic, Continuo
 from tianshou.utils.torch_utils import policy_within_training_step
 
 import trust_env
-from training.examples import Outcome, damage, weights
+from trust_env.training.examples import Outcome, damage, weights
 
 
 class Learner(SAC):

@@ -11,7 +11,7 @@ from torchrl.modules import MultiAgentMLP, ProbabilisticActor, TanhNormal
 from torchrl.objectives import ClipPPOLoss
 
 import trust_env
-from training.examples import Outcome, damage, weights
+from trust_env.training.examples import Outcome, damage, weights
 
 
 def entry(name: str, role: str = "adversary") -> tuple[str, str]:

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from training.run_folder import UNFINISHED, replace_file
+from trust_env.training.evaluation.run_folder import UNFINISHED, replace_file
 
 KEPT = 2
 _TREE = "tree.json"

@@ -9,9 +9,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
-from trust_env.scenario_errors import Origins, Problem, problems_of
-from trust_env.scenario_overrides import Layer, over, override, places
-from trust_env.scenario_types import (
+from trust_env.scenario.errors import Origins, Problem, problems_of
+from trust_env.scenario.overrides import Layer, over, override, places
+from trust_env.scenario.types import (
     NonNegative,
     Part,
     Positive,
@@ -21,7 +21,7 @@ from trust_env.scenario_types import (
     Whole,
     refuse,
 )
-from trust_env.scenario_yaml import read_yaml, write_yaml
+from trust_env.scenario.yaml_lines import read_yaml, write_yaml
 
 TRAINING_SEEDS = 2**62  # worlds of training have seeds from here on, so that all below are held out
 
@@ -107,7 +107,7 @@ class Configuration(Part):
 def defaults() -> dict[str, Any]:
     """The fields of `defaults.yaml`: every field there is."""
     return read_yaml(
-        (resources.files("training.learning") / "defaults.yaml").read_text("utf-8"), "defaults.yaml"
+        (resources.files("trust_env.training.learning") / "defaults.yaml").read_text("utf-8"), "defaults.yaml"
     )[0]
 
 

@@ -1,4 +1,4 @@
-"""The policy of an algorithm as a policy file: weights and a plain config, which `agents.learned` plays."""
+"""The policy of an algorithm as a policy file: weights and a plain config, which `trust_env.agents.learned` plays."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from gymnasium.spaces import MultiDiscrete
 from stable_baselines3 import PPO
 
 import trust_env
-from agents.policy_file import save_policy
-from training.learning.configuration import Configuration
-from training.learning.learners import Learners
+from trust_env.agents.learned.policy_file import save_policy
 from trust_env.parallel import TrustEnv
+from trust_env.training.learning.configuration import Configuration
+from trust_env.training.learning.learners import Learners
 
 
 def export_policy(path: Path, model: PPO, learners: Learners, config: Configuration) -> None:

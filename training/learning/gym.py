@@ -11,15 +11,15 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
-from agents.views import DEFAULT_VIEW
-from training.learning.learners import Learners
-from trust_env.core.layout import METRICS
+from trust_env.agents.wrappers import DEFAULT_VIEW
+from trust_env.batch import Arrays, checked_seed
 from trust_env.errors import unknown_name
 from trust_env.parallel import TrustEnv
-from trust_env.worlds import Arrays, checked_seed
+from trust_env.training.learning.learners import Learners
+from trust_env.world.fields import METRICS
 
-# `gymnasium.make("training.learning.gym:TrustEnv/Adversary-v0", scenario="trio")`
-gymnasium.register("TrustEnv/Adversary-v0", entry_point="training.learning.gym:AdversaryEnv")
+# `gymnasium.make("trust_env.training.learning.gym:TrustEnv/Adversary-v0", scenario="trio")`
+gymnasium.register("TrustEnv/Adversary-v0", entry_point="trust_env.training.learning.gym:AdversaryEnv")
 
 
 class GymVectorEnv(gymnasium.vector.VectorEnv):

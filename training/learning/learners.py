@@ -11,21 +11,21 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Box, Space
 
-from agents import Player, PolicyContext
-from agents.player import ROLES
-from agents.views import DEFAULT_VIEW, build_view
-from training.learning.pickled import dump, load
-from trust_env.core.layout import METRICS
+from trust_env.agents import Player, PolicyContext
+from trust_env.agents.player import ROLES
+from trust_env.agents.wrappers import DEFAULT_VIEW, build_view
 from trust_env.errors import unknown_name
 from trust_env.scenario import Scenario, load_scenario
+from trust_env.training.learning.pickled import dump, load
 from trust_env.vector import VectorEnv
+from trust_env.world.fields import METRICS
 
 
 class Learners:
     """The learners of a `VectorEnv`, I = W n of them: index i = w n + a, for learner a of world w.
 
     scenario, defense, num_worlds, max_cycles, threads: as of `VectorEnv`; knowledge: another level than the
-    scenario's; view: what their actions mean (`agents.views`); learner_role: all its agents learn, or the
+    scenario's; view: what their actions mean (`trust_env.agents.wrappers`); learner_role: all its agents learn, or the
     name of the only one that does; others: policies of the other agents by role or name, honest where none is
     given; stagger: the worlds' first episodes end at different frames, so that later ones do not all end at
     once.

@@ -16,9 +16,9 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.utils import LinearSchedule
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
-from training.learning.configuration import Configuration
-from training.learning.distribution import GroupedPolicy
-from training.learning.sb3 import LearnersVecEnv
+from trust_env.training.learning.configuration import Configuration
+from trust_env.training.learning.distribution import GroupedPolicy
+from trust_env.training.learning.sb3 import LearnersVecEnv
 
 ACTIVATIONS = {"tanh": th.nn.Tanh, "relu": th.nn.ReLU}
 _COUNTS = ("num_timesteps", "_n_updates", "_current_progress_remaining")

@@ -9,8 +9,8 @@ import numpy as np
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
-from training.learning.learners import Learners
-from trust_env.worlds import checked_seed
+from trust_env.batch import checked_seed
+from trust_env.training.learning.learners import Learners
 
 
 class LearnersVecEnv(VecEnv):

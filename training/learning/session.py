@@ -9,18 +9,18 @@ from typing import Any
 import numpy as np
 from stable_baselines3.common.callbacks import BaseCallback
 
-from agents.learned import Learned
-from agents.views import DEFAULT_VIEW
-from training.evaluate import play_worlds
-from training.learning.configuration import Configuration
-from training.learning.export import export_policy
-from training.learning.learners import Learners
-from training.learning.logs import Logs, cut
-from training.learning.ppo import build_ppo
-from training.learning.sb3 import LearnersVecEnv
-from training.learning.training_folder import TrainingFolder
+from trust_env.agents.learned.policy import Learned
+from trust_env.agents.wrappers import DEFAULT_VIEW
 from trust_env.metrics import METRICS
 from trust_env.scenario import Scenario
+from trust_env.training.evaluation.evaluate import play_worlds
+from trust_env.training.learning.configuration import Configuration
+from trust_env.training.learning.export import export_policy
+from trust_env.training.learning.learners import Learners
+from trust_env.training.learning.logs import Logs, cut
+from trust_env.training.learning.ppo import build_ppo
+from trust_env.training.learning.sb3 import LearnersVecEnv
+from trust_env.training.learning.training_folder import TrainingFolder
 from trust_env.vector import VectorEnv
 
 Tell = Callable[[str], None]

@@ -22,13 +22,13 @@ from pathlib import Path
 from typing import Any
 
 import trust_env
-from agents import parse_policy
-from training.configuration import digest, files_of
-from training.learning.checkpoint import Checkpoints
-from training.learning.configuration import Configuration, load_configuration
-from training.run_folder import UNFINISHED, replace_file
+from trust_env.agents import parse_policy
 from trust_env.scenario import Scenario, load_scenario
 from trust_env.spec import parse
+from trust_env.training.evaluation.configuration import digest, files_of
+from trust_env.training.evaluation.run_folder import UNFINISHED, replace_file
+from trust_env.training.learning.checkpoint import Checkpoints
+from trust_env.training.learning.configuration import Configuration, load_configuration
 
 CONFIG, SCENARIO, RUN = "config.yaml", "scenario.yaml", "run.json"
 _PACKAGES = ("torch", "stable-baselines3", "numpy", "numba", "gymnasium", "pettingzoo", "safetensors")

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from agents import Player
-from training.paper.published import (
+from trust_env.agents import Player
+from trust_env.fusion_centre import replay_evidence
+from trust_env.training.paper.published import (
     N_AGENTS,
     TRUSTED,
     Panel,
@@ -19,9 +20,8 @@ from training.paper.published import (
     objects,
     panel_keys,
 )
-from trust_env.core.score import CONFIRMED
-from trust_env.fusion import replay_evidence
 from trust_env.vector import VectorEnv
+from trust_env.world.tracking.score import CONFIRMED
 
 VARIANTS = {
     "cdc2024": "preset=cdc2024",

@@ -56,7 +56,7 @@ class Panel:
 
 @cache
 def _published() -> dict[str, Any]:
-    return json.loads(files("training.paper").joinpath("cdc2024.json").read_text(encoding="utf-8"))
+    return json.loads(files("trust_env.training.paper").joinpath("cdc2024.json").read_text(encoding="utf-8"))
 
 
 def _panel_data(key: PanelKey) -> dict[str, Any]:

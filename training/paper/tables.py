@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 from rich.table import Table
 from rich.text import Text
 
-from training.paper.published import N_AGENTS, Panel, PanelKey, objects, panel_keys
-from training.paper.theorem import N_BENIGN, TheoremRow
-from training.paper.verdicts import Verdict
+from trust_env.training.paper.published import N_AGENTS, Panel, PanelKey, objects, panel_keys
+from trust_env.training.paper.theorem import N_BENIGN, TheoremRow
+from trust_env.training.paper.verdicts import Verdict
 
 SHOWN = ("published", "cdc2024", "paper")
 

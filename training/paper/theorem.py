@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from agents import Player
 from trust_env import theory
-from trust_env.core.score import CONFIRMED
+from trust_env.agents import Player
 from trust_env.scenario import Scenario, load_scenario
 from trust_env.vector import VectorEnv
+from trust_env.world.tracking.score import CONFIRMED
 
 N_ADVERSARIES, N_BENIGN, ORDERS = (1, 2, 3), tuple(range(7)), ("first", "last")
 OPTIMAL = "optimal_false_positive"

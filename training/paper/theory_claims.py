@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from training.paper.theorem import TheoremRow
-from training.paper.verdicts import Verdict
 from trust_env import theory
+from trust_env.training.paper.theorem import TheoremRow
+from trust_env.training.paper.verdicts import Verdict
 
 FIGURE = {(1, 1): 3.07, (1, 3): 6.00}
 """Frames that the paper's figure of Theorem 1 shows, by (K_a, K_b)."""

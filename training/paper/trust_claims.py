@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from training.paper.published import TRUSTED, Object, Panel, PanelKey, objects
-from training.paper.verdicts import Verdict
+from trust_env.training.paper.published import TRUSTED, Object, Panel, PanelKey, objects
+from trust_env.training.paper.verdicts import Verdict
 
 DECIDED = 0.1  # a trust this far from 0.5 leans to one side
 CLEAR = 0.02  # a smaller difference between two trusts is none

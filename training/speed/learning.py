@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from training.speed.peers import require
-from training.speed.stopwatch import Run
+from trust_env.training.speed.peers import require
+from trust_env.training.speed.stopwatch import Run
 
 FRAMES = 8  # of every learner in a rollout: fewer than by default, to be quick; with all learners one batch
 
@@ -13,10 +13,10 @@ FRAMES = 8  # of every learner in a rollout: fewer than by default, to be quick;
 def train_subject() -> Run:
     """Rollouts and updates of `trust-env train` as it is by default; a frame is a frame of one learner."""
     _require_all()
-    from training.learning.ppo import build_ppo
-    from training.learning.sb3 import LearnersVecEnv
-    from training.learning.session import build_learners
     from trust_env.scenario import load_scenario
+    from trust_env.training.learning.ppo import build_ppo
+    from trust_env.training.learning.sb3 import LearnersVecEnv
+    from trust_env.training.learning.session import build_learners
 
     config = _configuration()
     learners = LearnersVecEnv(build_learners(config, load_scenario(config.scenario), config.worlds))
@@ -28,10 +28,10 @@ def zero_cost_subject() -> Run:
     _require_all()
     from stable_baselines3 import PPO
 
-    from training.learning.ppo import ppo_settings
-    from training.learning.session import build_learners
-    from training.speed.zero_cost import ZeroCost
     from trust_env.scenario import load_scenario
+    from trust_env.training.learning.ppo import ppo_settings
+    from trust_env.training.learning.session import build_learners
+    from trust_env.training.speed.zero_cost import ZeroCost
 
     config = _configuration()
     one = build_learners(config, load_scenario(config.scenario), 1)
@@ -46,7 +46,7 @@ def _require_all() -> None:
 
 
 def _configuration() -> Any:
-    from training.learning.configuration import load_configuration
+    from trust_env.training.learning.configuration import load_configuration
 
     return load_configuration(overrides={"ppo.n_steps": FRAMES})
 
@@ -54,7 +54,7 @@ def _configuration() -> Any:
 def _updates(model: Any, threads: int) -> Run:
     from stable_baselines3.common.logger import Logger
 
-    from training.learning.ppo import own_torch
+    from trust_env.training.learning.ppo import own_torch
 
     model.set_logger(Logger(None, []))
     _, callback = model._setup_learn(10**12)

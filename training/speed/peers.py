@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from training.speed.stopwatch import Run
-from training.speed.subjects import Recorded
+from trust_env.training.speed.stopwatch import Run
+from trust_env.training.speed.subjects import Recorded
 
 ORACLE = Path(__file__).resolve().parents[2] / "tests" / "oracle.py"
 

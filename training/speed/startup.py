@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from training.speed.stopwatch import Spread
+from trust_env.training.speed.stopwatch import Spread
 
 HEAVY = ("torch", "pygame", "matplotlib", "numba")
 """Modules that `import trust_env` must not bring in."""

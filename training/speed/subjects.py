@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from training.speed.stopwatch import Run
-from trust_env import engine
+from trust_env import frame as engine
+from trust_env.batch import Worlds
 from trust_env.parallel import parallel_env
 from trust_env.scenario import Scenario, load_scenario
+from trust_env.training.speed.stopwatch import Run
 from trust_env.vector import VectorEnv
-from trust_env.worlds import Worlds
 
 
 def attack(scenario: Scenario, shape: tuple[int, ...]) -> np.ndarray:

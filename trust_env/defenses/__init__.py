@@ -8,10 +8,10 @@ import sys
 from types import ModuleType
 from typing import Any
 
+from trust_env.defenses.base import BuiltIn, Defense, Evidence, Shape, Verdict, fits_publication
 from trust_env.defenses.majority import Majority
 from trust_env.defenses.score import Score
 from trust_env.defenses.trust import Trust
-from trust_env.defenses.verdict import BuiltIn, Defense, Evidence, Shape, Verdict, fits_publication
 from trust_env.errors import unknown_name
 from trust_env.spec import load_object, parse
 

@@ -6,10 +6,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from trust_env.core.evidence import list_confirmed
-from trust_env.core.jit import compiled
-from trust_env.core.layout import F, flags1, flags2, floats1, floats2, floats3, ints1, whole
-from trust_env.defenses.verdict import BuiltIn
+from trust_env.compiled.jit import compiled
+from trust_env.defenses.base import BuiltIn
+from trust_env.world.evidence import list_confirmed
+from trust_env.world.fields import F, flags1, flags2, floats1, floats2, floats3, ints1, whole
 
 QUOTA = 0
 

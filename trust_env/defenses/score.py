@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from trust_env.defenses.verdict import BuiltIn
+from trust_env.defenses.base import BuiltIn
 
 
 class Score(BuiltIn):

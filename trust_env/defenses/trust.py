@@ -11,10 +11,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from trust_env.core.evidence import list_confirmed
-from trust_env.core.jit import compiled, inlined
-from trust_env.core.layout import F, flags1, flags2, floats1, floats2, ints1, ints2, real, shape0
-from trust_env.defenses.switches import (
+from trust_env.compiled.jit import compiled, inlined
+from trust_env.defenses.base import ACCEPT, BuiltIn
+from trust_env.defenses.trust_presets import (
     AGENT_TRACKS,
     CONFIDENCES,
     FORGETTING,
@@ -23,7 +22,8 @@ from trust_env.defenses.switches import (
     PSMS,
     check_switches,
 )
-from trust_env.defenses.verdict import ACCEPT, BuiltIn
+from trust_env.world.evidence import list_confirmed
+from trust_env.world.fields import F, flags1, flags2, floats1, floats2, ints1, ints2, real, shape0
 
 TRACKS_FIRST, ALL_TRACKS, ALL_PSMS, BY_VARIANCE, UNWEIGHTED = 0, 0, 0, 0, 0
 DECAY, PRIOR, RETURN = 0, 1, 2

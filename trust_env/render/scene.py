@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from trust_env.core.edit import INJECTION_ORIGIN
-from trust_env.core.layout import METRICS
-from trust_env.core.score import CONFIRMED
+from trust_env.world.editing import INJECTION_ORIGIN
+from trust_env.world.fields import METRICS
+from trust_env.world.tracking.score import CONFIRMED
 
 if TYPE_CHECKING:
     from trust_env.parallel import TrustEnv
-    from trust_env.scenario_fov import Fov
+    from trust_env.scenario.fov import Fov
 
 DetectionKind = Literal["honest", "clutter", "injected"]
 TrackKind = Literal["published", "hidden", "tentative"]

@@ -1,0 +1,1 @@
+"""Scripted attacks, one file per family."""

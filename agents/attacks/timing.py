@@ -1,0 +1,70 @@
+"""When an attack happens: policies around an inner one, which they let act in some frames only."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from trust_env.agents.base import Policy, PolicyContext, knowledge_of
+from trust_env.agents.parameters import share, whole
+
+
+class Timed(Policy):
+    """Plays an inner policy in the frames that `attacks` picks, else is honest. The inner one sees all."""
+
+    def __init__(self, inner: Any):
+        from trust_env.agents import build_policy
+
+        self.inner = build_policy(inner)
+        self.knowledge = knowledge_of(self.inner)
+
+    def reset(self, context: PolicyContext) -> None:
+        super().reset(context)
+        self.inner.reset(context)
+
+    def act(self, observations: np.ndarray) -> np.ndarray:
+        actions = np.where(self.attacks()[:, None, None], self.inner.act(observations), np.float32(0.0))
+        self.frame += 1
+        return actions
+
+    def attacks(self) -> np.ndarray:
+        """In which worlds the inner policy acts in the present frame, bool[W]."""
+        raise NotImplementedError
+
+
+class Sleeper(Timed):
+    """Honest for the first `start` frames, to build up trust, then an inner attack.
+
+    start        frames to be honest first
+    inner        the attack, by its name: false_positive, suppress(choice=all)
+    """
+
+    name = "sleeper"
+
+    def __init__(self, start: int = 50, inner: Any = "false_positive"):
+        self.start = whole(self.name, "start", start, 0)
+        super().__init__(inner)
+
+    def attacks(self) -> np.ndarray:
+        return self.frame >= self.start
+
+
+class OnOff(Timed):
+    """An inner attack in the first `duty` of every `period` frames, honest in the rest of them.
+
+    duty         share of the period, above 0 and at most 1; rounded up to whole frames
+    period       frames
+    inner        the attack, by its name: false_positive, suppress(choice=all)
+    """
+
+    name = "on_off"
+
+    def __init__(self, duty: float = 0.5, period: int = 20, inner: Any = "false_positive"):
+        self.duty = share(self.name, "duty", duty)
+        self.period = whole(self.name, "period", period, 1)
+        super().__init__(inner)
+
+    def attacks(self) -> np.ndarray:
+        return self.frame % self.period < math.ceil(self.duty * self.period - 1e-9)

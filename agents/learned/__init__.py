@@ -1,0 +1,1 @@
+"""Trained policies as files of weights, played in plain NumPy."""

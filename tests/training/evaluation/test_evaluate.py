@@ -1,0 +1,356 @@
+"""Evaluations: what they measure, what they write, and what survives an interruption."""
+
+import errno
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from paths import ROOT
+from scipy.stats import trim_mean
+
+import trust_env
+import trust_env.training.evaluation.run_folder as run_folder
+from trust_env import training
+from trust_env.agents import Player
+from trust_env.metrics import METRICS, EpisodeMetrics
+from trust_env.training.evaluation.results import Results
+
+SMALL = {"scenario": "trio(horizon=25)", "episodes": 6, "seed": 3, "progress": False}
+IDS = ["attack", "defense", "scenario", "seed", "world", "episode", "version"]
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory) -> tuple[Results, str]:
+    """Two attacks against two defenses, and the folder with their files."""
+    out = tmp_path_factory.mktemp("evaluation") / "out"
+    attacks, defenses = "honest,optimal_false_positive(n=1)", "score,trust(preset=cdc2024)"
+    return training.evaluate(attacks=attacks, defenses=defenses, out=out, **SMALL), str(out)
+
+
+def test_results_json_is_what_is_promised(run):
+    results, out = run
+    with open(f"{out}/results.json", encoding="utf-8") as file:
+        written = json.load(file)
+    assert written == results.to_dict()
+    assert list(written) == ["scenario", "seed", "episodes", "version", "cells"]
+    assert (written["scenario"], written["seed"], written["episodes"]) == ("trio", 3, 6)
+    assert written["version"] == trust_env.parallel_env("trio").metadata["name"] == "trust_env_v0"
+    cells = [(cell["attack"], cell["defense"]) for cell in written["cells"]]
+    attack = "optimal_false_positive(n=1)"
+    assert cells == [(a, d) for a in ("honest", attack) for d in ("score", "trust(preset=cdc2024)")]
+    for cell in written["cells"]:
+        assert set(cell) == {"attack", "defense", "metrics"}
+        for name, values in cell["metrics"].items():
+            assert name in METRICS
+            assert set(values) == {"iqm", "low", "high"}
+            assert values["low"] <= values["iqm"] <= values["high"]
+    assert "adversary_auroc" not in written["cells"][0]["metrics"]  # `score` has no opinion on agents
+    assert "adversary_auroc" in written["cells"][1]["metrics"]
+
+
+def test_results_parquet_has_a_row_per_episode(run):
+    results, out = run
+    table = pq.read_table(f"{out}/results.parquet")
+    assert table.column_names == [*IDS, *METRICS]
+    rows = table.to_pylist()
+    assert len(rows) == 4 * 6
+    assert [row["world"] for row in rows[:6]] == [0, 1, 2, 3, 4, 5]
+    assert {(row["scenario"], row["seed"], row["episode"], row["version"]) for row in rows} == {
+        ("trio", 3, 0, "trust_env_v0")
+    }
+    assert all(row["track_auroc"] is None and row["false_accusation_rate"] is None for row in rows[:6])
+    assert all(row["damage_per_frame"] is not None for row in rows)
+    values = [row["damage_per_frame"] for row in rows[6:12]]
+    found = results["honest", "trust(preset=cdc2024)"].summary["damage_per_frame"]
+    assert found.iqm == trim_mean(values, 0.25)
+
+
+def test_every_row_can_be_replayed(run):
+    """Seed, world and episode of a row, in a PettingZoo environment with its policy, give its metrics."""
+    _, out = run
+    for row in pq.read_table(f"{out}/results.parquet").to_pylist()[4::6]:
+        env = trust_env.parallel_env("trio(horizon=25)", row["defense"])
+        player, metrics = Player(env, {"adversary": row["attack"]}), EpisodeMetrics(env)
+        observations, _ = env.reset(seed=row["seed"], options={k: row[k] for k in ("world", "episode")})
+        while env.agents:
+            observations, *_ = env.step(player.actions(observations))
+            metrics.update()
+        replayed = {name: values[0] for name, values in metrics.result().items()}
+        written = {name: np.nan if row[name] is None else row[name] for name in METRICS}
+        assert replayed == pytest.approx(written, abs=0, nan_ok=True)
+
+
+def test_attack_and_defense_are_told_apart(run):
+    """Phantoms show under attack only, and rejections by a defense that rejects only."""
+    results, _ = run
+    attack, trust = "optimal_false_positive(n=1)", "trust(preset=cdc2024)"
+    for defense in ("score", trust):
+        assert results["honest", defense].metrics["injected_tracks_per_frame"].max() == 0.0
+        assert set(results["honest", defense].metrics["frames_to_first_false_track"]) == {26.0}
+    assert results[attack, "score"].metrics["injected_tracks_per_frame"].min() > 0.5
+    assert results[attack, "score"].metrics["false_track_rejection_rate"].max() == 0.0
+    difference = results.difference((attack, "score"), ("honest", "score"), "injected_tracks_per_frame")
+    assert difference is not None
+    assert difference.low > 0.5
+    back = results.difference(
+        results["honest", "score"], results[attack, "score"], "injected_tracks_per_frame"
+    )
+    assert back is not None
+    assert back.iqm == -difference.iqm
+    assert results.difference((attack, "score"), (attack, trust), "adversary_auroc") is None
+    with pytest.raises(ValueError, match=r"unknown metric 'damage'; .*damage_per_frame"):
+        results.difference((attack, "score"), ("honest", "score"), "damage")
+    with pytest.raises(ValueError, match="unknown cell 'nobody x score'"):
+        results["nobody", "score"]
+
+
+def _same(a: Results, b: Results) -> bool:
+    pairs = list(zip(a.cells, b.cells, strict=True))
+    return all(
+        x.key == y.key and all(np.array_equal(x.metrics[n], y.metrics[n], equal_nan=True) for n in METRICS)
+        for x, y in pairs
+    )
+
+
+def test_neither_the_batch_nor_the_company_changes_a_cell(run, monkeypatch):
+    results, _ = run
+    monkeypatch.setattr(
+        sys.modules["trust_env.training.evaluation.evaluate"], "MOST_WORLDS", 4
+    )  # 3 + 3 worlds
+    alone = training.evaluate(attacks="optimal_false_positive(n=1)", defenses=["score"], **SMALL)
+    expected = results["optimal_false_positive(n=1)", "score"].metrics
+    assert all(np.array_equal(alone.cells[0].metrics[n], expected[n], equal_nan=True) for n in METRICS)
+
+
+def test_a_needed_knowledge_level_is_given_to_all_cells_and_said():
+    results = training.evaluate(attacks="honest,fov_aware", defenses="trust", **SMALL)
+    (note,) = results.notes
+    assert note.startswith("knowledge: own in the scenario, poses here for all cells, needed by fov_aware")
+    at_own = training.evaluate(attacks="honest", defenses="trust", **SMALL)
+    assert at_own.notes == ()
+    for name in METRICS:
+        np.testing.assert_array_equal(at_own.cells[0].metrics[name], results["honest", "trust"].metrics[name])
+
+
+def test_a_scenario_without_adversaries_is_said():
+    settings = SMALL | {"scenario": "trio(horizon=12, n_adversaries=0)"}
+    results = training.evaluate(attacks="false_positive", defenses="trust", **settings)
+    assert results.notes == ("trio has no adversaries, so that all attacks come to the same",)
+    assert "adversary_auroc" not in results.cells[0].summary
+    assert "detection_delay" not in results.cells[0].summary
+    assert results.cells[0].summary["frames_to_first_false_track"].iqm == 13.0
+
+
+_DEFENSE = """
+import numpy as np
+from trust_env import Verdict
+
+class Nothing:
+    "Publishes nothing; accuses everybody."
+    def __init__(self, trust=0.1):
+        self.trust = trust
+    def reset(self, shape, worlds):
+        self.shape = shape
+    def update(self, evidence):
+        W, K, J, _ = self.shape
+        return Verdict(agent_trust=np.full((W, K), self.trust), publish=np.zeros((W, J), bool))
+"""
+
+
+def test_own_defenses_by_file_and_as_objects(tmp_path):
+    (tmp_path / "mine.py").write_text(_DEFENSE)
+    spec = f"{tmp_path}/mine.py:Nothing(trust=0.2)"
+    results = training.evaluate(attacks="honest", defenses=[spec, "score"], out=tmp_path / "out", **SMALL)
+    blind = results.cells[0]
+    assert blind.defense == spec
+    assert blind.metrics["false_tracks_per_frame"].max() == 0.0
+    assert set(blind.metrics["missing_fraction"]) == {1.0}
+    assert set(blind.metrics["true_track_rejection_rate"]) == {1.0}
+    assert set(blind.metrics["false_accusation_rate"]) == set(blind.metrics["detection_delay"]) == {1.0}
+    assert blind.metrics["agent_trust_brier"] == pytest.approx((0.2**2 + 2 * 0.8**2) / 3)
+
+    from trust_env.spec import load_object, parse
+
+    made = load_object(parse(spec))(0.2)
+    (same,) = training.evaluate(attacks="honest", defenses=made, **SMALL).cells
+    assert same.defense == "Nothing"
+    np.testing.assert_array_equal(same.metrics["agent_trust_brier"], blind.metrics["agent_trust_brier"])
+
+    (tmp_path / "mine.py").write_text(_DEFENSE + "\n# changed\n")
+    with pytest.raises(ValueError, match=r"another configuration.*files.*mine.py"):
+        training.evaluate(
+            attacks="honest", defenses=[spec, "score"], out=tmp_path / "out", resume=True, **SMALL
+        )
+
+
+# --- folders -----------------------------------------------------------------------------------------
+
+
+def _evaluate(out, **changes):
+    settings = SMALL | {"attacks": "honest,suppress", "defenses": "score", "out": out} | changes
+    return training.evaluate(**settings)
+
+
+def test_nothing_is_overwritten(tmp_path):
+    first = _evaluate(tmp_path / "out")
+    stamp = (tmp_path / "out" / "results.parquet").read_bytes()
+    with pytest.raises(
+        ValueError, match=r"out: the folder is not empty .* nothing is overwritten; .*--resume"
+    ):
+        _evaluate(tmp_path / "out")
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "thesis.tex").write_text("mine")
+    for resume in (False, True):
+        with pytest.raises(ValueError, match=r"thesis\.tex"):
+            _evaluate(tmp_path / "other", resume=resume)
+    with pytest.raises(ValueError, match="expected a folder for the results, this is a file"):
+        _evaluate(tmp_path / "other" / "thesis.tex")
+    assert (tmp_path / "out" / "results.parquet").read_bytes() == stamp
+    assert [p.name for p in (tmp_path / "other").iterdir()] == ["thesis.tex"]
+    assert _same(_evaluate(tmp_path / "out", resume=True), first)
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"seed": 4}, "seed is 3 there, 4 here"),
+        ({"episodes": 7}, "episodes is 6 there, 7 here"),
+        ({"attacks": "honest"}, r'attacks is \["honest", "suppress"\] there, \["honest"\] here'),
+        ({"overrides": {"tracker.gate": 0.9}}, r"scenario.tracker.gate is [0-9.]+ there, 0.9 here"),
+        ({"actuation": "monitor"}, 'scenario.actuation is "filter" there, "monitor" here'),
+        ({"max_cycles": 20}, "horizon is 25 there, 20 here"),
+    ],
+)
+def test_only_the_same_configuration_is_resumed(tmp_path_factory, changes, text):
+    out = tmp_path_factory.getbasetemp() / "configuration"
+    if not out.exists():
+        _evaluate(out)
+    with pytest.raises(ValueError, match=f"belongs to another configuration.*{text}"):
+        _evaluate(out, resume=True, **changes)
+
+
+def test_results_of_something_else_are_not_resumed(tmp_path):
+    (tmp_path / "results.parquet").write_bytes(b"PAR1 but not really")
+    with pytest.raises(ValueError, match=r"results\.parquet: not the results of an evaluation"):
+        _evaluate(tmp_path, resume=True)
+
+
+def test_a_full_disk_keeps_what_is_finished(tmp_path, monkeypatch):
+    full = _evaluate(tmp_path / "whole")
+    saved, replace = [], os.replace
+
+    def fails_at_the_second_cell(source, target):
+        saved.append(target)
+        if len(saved) > 4:  # two files before the first cell, two after it
+            raise OSError(errno.ENOSPC, "No space left on device")
+        replace(source, target)
+
+    monkeypatch.setattr(run_folder.os, "replace", fails_at_the_second_cell)
+    with pytest.raises(OSError, match=r"No space left on device.*results\.parquet"):
+        _evaluate(tmp_path / "out")
+    monkeypatch.undo()
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["results.json", "results.parquet"]
+    assert set(pq.read_table(tmp_path / "out" / "results.parquet")["attack"].to_pylist()) == {"honest"}
+    assert _same(_evaluate(tmp_path / "out", resume=True), full)
+
+
+def test_what_cannot_be_written_is_said_before_anything_is_computed(tmp_path, monkeypatch):
+    def play(*_):
+        raise AssertionError("computed")
+
+    monkeypatch.setattr(sys.modules["trust_env.training.evaluation.evaluate"]._Run, "_play_cell", play)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OSError, match="file"):
+        _evaluate(tmp_path / "file" / "out")
+    usage = run_folder.shutil.disk_usage(tmp_path)
+    monkeypatch.setattr(run_folder.shutil, "disk_usage", lambda _: usage._replace(free=1000))
+    with pytest.raises(OSError, match="MiB needed"):
+        _evaluate(tmp_path / "out")
+
+
+def test_resume_plays_only_what_is_missing(tmp_path, monkeypatch):
+    runner = sys.modules["trust_env.training.evaluation.evaluate"]._Run
+    play, played = runner._play_cell, []
+
+    def stops_at_the_second(self, attacker, defender, advance):
+        played.append(attacker.name)
+        if len(played) == 2:
+            raise KeyboardInterrupt
+        return play(self, attacker, defender, advance)
+
+    monkeypatch.setattr(runner, "_play_cell", stops_at_the_second)
+    with pytest.raises(KeyboardInterrupt):
+        _evaluate(tmp_path / "out")
+    assert played == ["honest", "suppress"]
+    _evaluate(tmp_path / "out", resume=True)
+    assert played == ["honest", "suppress", "suppress"]
+
+
+def test_kill_and_resume_gives_what_an_undisturbed_run_gives(tmp_path):
+    """kill -9 after the first cell; the rest is resumed, and all rows are those of a run left in peace."""
+    out, cells = tmp_path / "out", 12
+    attacks = ["honest", *(f"suppress(fraction={f / 10})" for f in range(1, 6))]
+    arguments = ["--scenario", "trio(horizon=60)", "--attack", ",".join(attacks), "--defense", "score,trust"]
+    command = [
+        sys.executable,
+        "-m",
+        "trust_env.training.cli",
+        "evaluate",
+        *arguments,
+        "--episodes",
+        "20",
+    ]
+    killed = subprocess.Popen(
+        [*command, "--out", str(out)], cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+    )
+    deadline = time.monotonic() + 120
+    while _finished(out) < 1 and killed.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.005)
+    killed.send_signal(signal.SIGKILL)
+    _, errors = killed.communicate()
+    assert killed.returncode == -signal.SIGKILL, errors.decode()
+    survived = _finished(out)
+    assert 1 <= survived < cells
+    settings = {"attacks": attacks, "defenses": ["score", "trust"], "episodes": 20, "progress": False}
+    resumed = training.evaluate("trio(horizon=60)", out=out, resume=True, **settings)
+    assert len(resumed.cells) == cells
+    assert _same(resumed, training.evaluate("trio(horizon=60)", **settings))
+    assert _finished(out) == cells
+    assert sorted(p.name for p in out.iterdir()) == ["results.json", "results.parquet"]
+
+
+def _finished(out) -> int:
+    file = out / "results.parquet"
+    return pq.read_metadata(file).num_rows // 20 if file.exists() else 0
+
+
+# --- what is refused ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"attacks": "false_positiv"}, "did you mean 'false_positive'"),
+        ({"attacks": "suppress(fraction=2)"}, "fraction = 2"),
+        ({"attacks": "honest, honest"}, "attack honest: given twice"),
+        ({"attacks": []}, "no attack is given"),
+        ({"defenses": "truts"}, "did you mean 'trust'"),
+        ({"defenses": "trust(trusted=[7])"}, "agents are 0 to 2"),
+        ({"scenario": "petrol"}, "did you mean 'patrol'"),
+        ({"scenario": "skies"}, "targets.data"),
+        ({"overrides": {"tracker.gat": 0.9}}, "did you mean 'tracker.gate'"),
+        ({"episodes": 0}, "episodes must be a whole number of at least 1; got 0"),
+        ({"seed": -1}, "seed must be an integer from 0"),
+        ({"max_cycles": 0}, "max_cycles must be a whole number of at least 1"),
+    ],
+)
+def test_what_cannot_be_played_is_refused_at_once(tmp_path, changes, text):
+    with pytest.raises(ValueError, match=text):
+        _evaluate(tmp_path / "out", **changes)
+    assert not (tmp_path / "out").exists()

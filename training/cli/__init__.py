@@ -1,0 +1,1 @@
+"""The program `trust-env`, one file per command."""

@@ -1,0 +1,1 @@
+"""Attacks played against defenses, and what came of it."""

@@ -1,0 +1,126 @@
+"""What an evaluation found: cells of attack and defense, their episodes, and what to say of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from trust_env.errors import unknown_name
+from trust_env.metrics import METRICS
+from trust_env.training.evaluation.statistics import Interval, interval, paired_difference
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+Key = tuple[str, str]  # attack, defense
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """One attack against one defense: `metrics[name]` is float64[episodes], NaN where undefined."""
+
+    attack: str
+    defense: str
+    metrics: dict[str, np.ndarray]
+
+    @property
+    def key(self) -> Key:
+        return self.attack, self.defense
+
+    @cached_property
+    def summary(self) -> dict[str, Interval]:
+        """Interquartile mean and 95 % interval by metric; a metric that no episode defines is absent."""
+        found = {name: interval(values) for name, values in self.metrics.items()}
+        return {name: value for name, value in found.items() if value is not None}
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """Cells, all over the same episodes (worlds 0, 1, ... of one seed), so that they compare in pairs.
+
+    To replay row w: `parallel_env(scenario, defense).reset(seed=seed, options={"world": w, "episode": 0})`.
+    """
+
+    scenario: str
+    seed: int
+    episodes: int
+    version: str
+    cells: tuple[Cell, ...]
+    notes: tuple[str, ...] = field(default=())
+
+    def __getitem__(self, key: Key) -> Cell:
+        """The cell of an attack and a defense, by their names."""
+        for cell in self.cells:
+            if cell.key == tuple(key):
+                return cell
+        raise unknown_name("cell", " x ".join(key), (" x ".join(cell.key) for cell in self.cells))
+
+    def difference(self, cell_a: Key | Cell, cell_b: Key | Cell, metric: str) -> Interval | None:
+        """How much higher a metric is in cell a than in cell b, by paired bootstrap; None: undefined."""
+        if metric not in METRICS:
+            raise unknown_name("metric", metric, METRICS)
+        a, b = (cell if isinstance(cell, Cell) else self[cell] for cell in (cell_a, cell_b))
+        return paired_difference(a.metrics[metric], b.metrics[metric])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values only, as in results.json."""
+        return {
+            "scenario": self.scenario,
+            "seed": self.seed,
+            "episodes": self.episodes,
+            "version": self.version,
+            "cells": [
+                {
+                    "attack": cell.attack,
+                    "defense": cell.defense,
+                    "metrics": {name: value._asdict() for name, value in cell.summary.items()},
+                }
+                for cell in self.cells
+            ],
+        }
+
+    def to_arrow(self) -> pa.Table:
+        """A row per episode, as in results.parquet: what names it, every metric, null where undefined."""
+        import pyarrow as pa
+
+        n, cells = self.episodes, self.cells
+        columns: dict[str, pa.Array] = {
+            "attack": pa.array([c.attack for c in cells for _ in range(n)], pa.string()),
+            "defense": pa.array([c.defense for c in cells for _ in range(n)], pa.string()),
+            "scenario": pa.array([self.scenario] * (n * len(cells)), pa.string()),
+            "seed": pa.array(np.full(n * len(cells), self.seed, np.int64)),
+            "world": pa.array(np.tile(np.arange(n), len(cells)).astype(np.int64)),
+            "episode": pa.array(np.zeros(n * len(cells), np.int64)),
+            "version": pa.array([self.version] * (n * len(cells)), pa.string()),
+        }
+        for name in METRICS:
+            values = np.concatenate([np.empty(0), *(cell.metrics[name] for cell in cells)])
+            columns[name] = pa.array(values, from_pandas=True)  # NaN becomes null
+        return pa.table(columns)
+
+
+def cells_of(table: pa.Table) -> list[Cell]:
+    """The cells in a table of `Results.to_arrow`, in its order."""
+    keys = list(zip(table["attack"].to_pylist(), table["defense"].to_pylist()))
+    rows: dict[Key, list[int]] = {}
+    for row, key in enumerate(keys):
+        rows.setdefault(key, []).append(row)
+    values = {name: _floats(table[name]) for name in METRICS}
+    return [Cell(*key, {name: column[at] for name, column in values.items()}) for key, at in rows.items()]
+
+
+def _floats(column: Any) -> np.ndarray:
+    return np.asarray(column.to_numpy(zero_copy_only=False), dtype=np.float64)
+
+
+def checked_metrics(names: Iterable[str]) -> list[str]:
+    """The names as given; ValueError for one that is no metric."""
+    names = list(names)
+    for name in names:
+        if name not in METRICS:
+            raise unknown_name("metric", name, METRICS)
+    return names

@@ -1,0 +1,65 @@
+"""Results on the screen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from trust_env.training.console import number
+from trust_env.training.evaluation.results import Results
+from trust_env.training.evaluation.statistics import Interval
+
+HEADLINES = (
+    "damage_per_frame",
+    "injected_tracks_per_frame",
+    "missing_fraction",
+    "gospa",
+    "frames_to_first_false_track",
+    "adversary_auroc",
+    "false_accusation_rate",
+    "detection_delay",
+)
+_MOST_NAME, _METRIC, _FRAME = 30, 11, 3  # widths
+
+
+def print_results(results: Results, metrics: Sequence[str], console: Console) -> None:
+    """Interquartile means, with the 95 % intervals below, in as many tables as the screen's width needs."""
+    for table in result_tables(results, metrics, console.width):
+        console.print(table)
+    console.print(
+        f"{results.scenario}, seed {results.seed}, {results.episodes} episodes a cell: interquartile mean, "
+        "95 % bootstrap interval below; –: undefined"
+    )
+    for note in results.notes:
+        console.print(note, markup=False)
+
+
+def result_tables(results: Results, metrics: Sequence[str], width: int) -> Iterator[Table]:
+    """Rows: cells; columns: metrics."""
+    names = [("attack", *(c.attack for c in results.cells)), ("defense", *(c.defense for c in results.cells))]
+    widths = [min(_MOST_NAME, max(map(len, column))) for column in names]
+    fitting = max(1, (width - 1 - sum(widths) - 2 * _FRAME) // (_METRIC + _FRAME))
+    for first in range(0, len(metrics), fitting):
+        shown = metrics[first : first + fitting]
+        table = Table("attack", "defense", *[name.replace("_", " ") for name in shown])
+        for column, widest in zip(table.columns, widths):
+            column.width, column.overflow = widest, "fold"
+        for column in table.columns[2:]:
+            column.justify = "right"
+        above = ""
+        for cell in results.cells:
+            table.add_section() if above not in ("", cell.attack) else None
+            values = [_entry(cell.summary.get(name)) for name in shown]
+            table.add_row(Text(cell.attack if cell.attack != above else ""), Text(cell.defense), *values)
+            above = cell.attack
+        yield table
+
+
+def _entry(interval: Interval | None) -> Text:
+    if interval is None:
+        return Text("–")
+    text = Text(number(interval.iqm))
+    return text.append(f"\n{number(interval.low)}–{number(interval.high)}", style="dim")

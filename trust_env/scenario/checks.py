@@ -1,0 +1,121 @@
+"""Checks between the fields of a scenario; each finding names the field to change and what was expected."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from pydantic import BaseModel, ValidationError
+
+from trust_env.scenario.agents import AgentEntry, Sensor
+from trust_env.scenario.errors import MISSING, Location, Problem, problems_of
+from trust_env.scenario.fov import Fov
+
+if TYPE_CHECKING:
+    from trust_env.scenario import Scenario
+
+MAX_AGENTS = 64  # the agents that have hit a track are the bits of one integer
+MAX_CLUTTER = 500  # a scan, on average: Poisson numbers are drawn by inversion, and exp(-745) is 0
+
+
+def agent_problems(scenario: Scenario) -> list[Problem]:
+    """What is wrong with the number of agents, or with what their differences make of FOV and sensor."""
+    if not 1 <= scenario.n_agents <= MAX_AGENTS:
+        at: Location = ("team", "n_benign") if scenario.agents is None else ("agents",)
+        value = scenario.team.n_benign if scenario.agents is None else MISSING
+        return [
+            Problem(at, value, f"there are {scenario.n_agents} agents; expected 1 to {MAX_AGENTS} in all")
+        ]
+    found: list[Problem] = []
+    for k, entry in enumerate(scenario.agents or ()):
+        found += _unresolved(scenario.fov_of, entry, Fov, ("agents", k, "fov"))
+        found += _unresolved(scenario.sensor_of, entry, Sensor, ("agents", k, "sensor"))
+    return found
+
+
+def _unresolved(
+    resolve: Callable[[AgentEntry], BaseModel], entry: AgentEntry, model: type[BaseModel], at: Location
+) -> list[Problem]:
+    try:
+        resolve(entry)
+    except ValidationError as error:
+        return [problem.within(at) for problem in problems_of(error, model)]
+    return []
+
+
+def problems(scenario: Scenario) -> list[Problem]:
+    """What only shows when several fields are seen together, once all agents can be resolved."""
+    checks = (_area, _recording, _detections, _clutter, _false_positive_density, _injections)
+    return [problem for check in checks for problem in check(scenario)]
+
+
+def _area(scenario: Scenario) -> list[Problem]:
+    x_min, x_max, y_min, y_max = scenario.area
+    text = "expected [x_min, x_max, y_min, y_max] with x_min < x_max and y_min < y_max, or the area is zero"
+    return [] if x_min < x_max and y_min < y_max else [Problem(("area",), list(scenario.area), text)]
+
+
+def _recording(scenario: Scenario) -> list[Problem]:
+    recording = scenario.recording()
+    traffic = scenario.team.placement == "traffic"
+    if recording is None:
+        text = "expected a recording in targets.data to place the agents by"
+        return [Problem(("team", "placement"), "traffic", text)] if traffic else []
+    found: list[Problem] = []
+    if scenario.horizon > (frames := len(recording.times)):
+        text = f"expected at most {frames}, the frames of the recording, or null for all of them"
+        found.append(Problem(("horizon",), scenario.horizon, text))
+    if traffic and recording.n_positions < scenario.n_agents:
+        text = f"expected a recording of at least {scenario.n_agents} different positions, one per agent"
+        found.append(Problem(("team", "placement"), "traffic", text))
+    return found
+
+
+def _detections(scenario: Scenario) -> list[Problem]:
+    slots, detections = scenario.injection.slots, scenario.sensor.max_detections
+    text = f"expected at least injection.slots ({slots})"
+    return [] if detections >= slots else [Problem(("sensor", "max_detections"), detections, text)]
+
+
+def _clutter(scenario: Scenario) -> list[Problem]:
+    detections = scenario.sensor.max_detections
+    most = min(detections, MAX_CLUTTER)
+    limit = f"sensor.max_detections ({most})" if most == detections else f"{most}"
+    for k, entry in enumerate(scenario.entries):
+        density, area = scenario.sensor_of(entry).clutter_density, scenario.fov_of(entry).area
+        if density * area > most:
+            text = (
+                f"the FOV of agent {k} has {area:.6g} m^2, so that a scan holds {density * area:.6g} false "
+                f"positives on average; expected at most {limit}"
+            )
+            own = entry.sensor is not None and entry.sensor.clutter_density is not None
+            above: Location = ("agents", k) if own else ()
+            return [Problem((*above, "sensor", "clutter_density"), density, text)]
+    return []
+
+
+def _false_positive_density(scenario: Scenario) -> list[Problem]:
+    if scenario.tracker.beta_fp is not None:
+        return []
+    for k, entry in enumerate(scenario.entries):
+        believed = entry.belief is not None and entry.belief.beta_fp is not None
+        if not believed and scenario.sensor_of(entry).clutter_density == 0:
+            text = f"expected false positives per m^2 above 0, as the clutter density of agent {k} is 0"
+            return [Problem(("tracker", "beta_fp"), None, text)]
+    return []
+
+
+def _injections(scenario: Scenario) -> list[Problem]:
+    found: list[Problem] = []
+    given: Counter[int] = Counter()
+    for i, injection in enumerate(scenario.injections):
+        k = injection.agent
+        given[k] += 1
+        if k >= scenario.n_agents:
+            text = f"expected the index of an agent, 0 to {scenario.n_agents - 1}"
+            found.append(Problem(("injections", i, "agent"), k, text))
+        elif given[k] > (budget := scenario.budget_of(scenario.entries[k]).injections):
+            text = f"expected at most {budget} injections of {scenario.agent_names[k]}, its budget per frame"
+            found.append(Problem(("injections", i, "agent"), k, text))
+    return found

@@ -1,0 +1,96 @@
+"""YAML with the line of every field, `1e-6` as a number, and no field given twice."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import yaml
+
+from trust_env.scenario.errors import Location, ScenarioError
+
+
+class _Loader(yaml.SafeLoader):
+    pass
+
+
+# YAML 1.1 takes `1e-6` and `1.5e6` for text, as the point or the sign is missing; people write them.
+_EXPONENT = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)[eE][-+]?[0-9]+$")
+_Loader.add_implicit_resolver("tag:yaml.org,2002:float", _EXPONENT, list("-+.0123456789"))
+
+
+_NAMES = ("tag:yaml.org,2002:str", "tag:yaml.org,2002:merge")
+
+
+class _Dumper(yaml.SafeDumper):
+    def represent_values(self, values: list[Any]) -> yaml.Node:
+        """Numbers and rows of numbers in one line; lists of mappings one below the other."""
+        flow = not any(isinstance(v, dict) for v in values)
+        return self.represent_sequence("tag:yaml.org,2002:seq", values, flow_style=flow)
+
+
+_Dumper.add_representer(list, _Dumper.represent_values)
+
+
+def write_yaml(fields: dict[str, Any]) -> str:
+    return yaml.dump(fields, Dumper=_Dumper, sort_keys=False, width=100, allow_unicode=True)
+
+
+def read_yaml(text: str, file: str) -> tuple[dict[str, Any], dict[Location, int]]:
+    """The mapping that a file holds, and the line (from 1) of each of its fields."""
+    try:
+        return _read(text, file)
+    except yaml.MarkedYAMLError as fault:
+        mark = fault.problem_mark or fault.context_mark
+        where = f", line {mark.line + 1}, column {mark.column + 1}" if mark else ""
+        context = f" ({fault.context})" if fault.context else ""
+        raise ScenarioError([f"{file}{where}: not valid YAML: {fault.problem}{context}"]) from None
+    except (yaml.YAMLError, ValueError) as fault:
+        if isinstance(fault, ScenarioError):
+            raise
+        raise ScenarioError([f"{file}: not valid YAML: {str(fault).splitlines()[0]}"]) from None
+
+
+def _read(text: str, file: str) -> tuple[dict[str, Any], dict[Location, int]]:
+    loader = _Loader(text)
+    root = loader.get_single_node()
+    if not isinstance(root, yaml.MappingNode):
+        found = {yaml.ScalarNode: "a single value", yaml.SequenceNode: "a list"}.get(type(root), "nothing")
+        text = f"{file}: expected a mapping of fields such as `base: patrol`, found {found}"
+        raise ScenarioError([text])
+    lines = dict(_lines(root, (), file, ()))
+    return loader.construct_document(root), lines
+
+
+def _lines(
+    node: yaml.Node, at: Location, file: str, above: tuple[yaml.Node, ...]
+) -> Iterator[tuple[Location, int]]:
+    if node in above:
+        raise ScenarioError([f"{file}, line {node.start_mark.line + 1}: an alias contains itself"])
+    for key, line, value in _entries(node, file):
+        yield (*at, key), line
+        yield from _lines(value, (*at, key), file, (*above, node))
+
+
+def _found(node: yaml.Node) -> str:
+    return node.value if isinstance(node, yaml.ScalarNode) else "a list or a mapping"
+
+
+def _entries(node: yaml.Node, file: str) -> Iterator[tuple[str | int, int, yaml.Node]]:
+    """Key, line and value of what is in a mapping or a list."""
+    if isinstance(node, yaml.SequenceNode):
+        yield from ((i, item.start_mark.line + 1, item) for i, item in enumerate(node.value))
+    elif isinstance(node, yaml.MappingNode):
+        first: dict[str, int] = {}
+        for key, value in node.value:
+            name, line = key.value, key.start_mark.line + 1
+            if key.tag not in _NAMES:
+                raise ScenarioError(
+                    [f"{file}, line {line}: expected the name of a field, found {_found(key)}"]
+                )
+            if name in first:
+                text = f"{file}, line {line}: {name} is given twice (first in line {first[name]})"
+                raise ScenarioError([text])
+            first[name] = line
+            yield name, line, value

@@ -1,0 +1,1 @@
+"""What players do and see: the tables of actions, observations and the global state."""

@@ -1,0 +1,83 @@
+"""Constant-velocity Kalman filter with position measurements, on arrays in place. State `[x, y, vx, vy]`, H =
+[I 0].
+"""
+
+from __future__ import annotations
+
+from trust_env.compiled.jit import compiled, inlined
+
+
+@inlined
+def predict(mean, cov, dt, q):
+    """x ← F x, P ← F P Fᵀ + Q with white-noise acceleration of density `q`, m²/s³ (Bar-Shalom et al. 2001,
+    Eq. 6.2.2-4).
+
+    mean: [4]; cov: [4, 4], in blocks of position and velocity [[A, B], [Bᵀ, C]].
+    """
+    b00, b01, b10, b11 = cov[0, 2], cov[0, 3], cov[1, 2], cov[1, 3]
+    c00, c01, c11 = cov[2, 2], cov[2, 3], cov[3, 3]
+    a00 = cov[0, 0] + dt * (b00 + b00) + dt * dt * c00 + q * dt * dt * dt / 3.0
+    a01 = cov[0, 1] + dt * (b01 + b10) + dt * dt * c01
+    a11 = cov[1, 1] + dt * (b11 + b11) + dt * dt * c11 + q * dt * dt * dt / 3.0
+    b00, b01, b10, b11 = (
+        b00 + dt * c00 + q * dt * dt / 2.0,
+        b01 + dt * c01,
+        b10 + dt * c01,
+        b11 + dt * c11 + q * dt * dt / 2.0,
+    )
+    mean[0], mean[1] = mean[0] + dt * mean[2], mean[1] + dt * mean[3]
+    cov[0, 0], cov[0, 1], cov[0, 2], cov[0, 3] = a00, a01, b00, b01
+    cov[1, 0], cov[1, 1], cov[1, 2], cov[1, 3] = a01, a11, b10, b11
+    cov[2, 0], cov[2, 1], cov[2, 2] = b00, b10, c00 + q * dt
+    cov[3, 0], cov[3, 1], cov[3, 3] = b01, b11, c11 + q * dt
+
+
+@inlined
+def innovation_cov(cov, rxx, rxy, ryy):
+    """S = H P Hᵀ + R: its entries (xx, xy, yy) and its determinant."""
+    xx, xy, yy = cov[0, 0] + rxx, cov[0, 1] + rxy, cov[1, 1] + ryy
+    return xx, xy, yy, xx * yy - xy * xy
+
+
+@inlined
+def update(mean, cov, dx, dy, ixx, ixy, iyy):
+    """x ← x + K ν, P ← P - K S Kᵀ with K = P Hᵀ S⁻¹.
+
+    The innovation is ν = (dx, dy); S⁻¹ is given by its entries. mean: [4]; cov: [4, 4].
+    """
+    p00, p01, p11 = cov[0, 0], cov[0, 1], cov[1, 1]
+    p20, p21, p30, p31 = cov[2, 0], cov[2, 1], cov[3, 0], cov[3, 1]
+    p22, p32, p33 = cov[2, 2], cov[3, 2], cov[3, 3]
+    # rows of K, written out: the filter's hottest lines
+    k00, k01 = p00 * ixx + p01 * ixy, p00 * ixy + p01 * iyy
+    k10, k11 = p01 * ixx + p11 * ixy, p01 * ixy + p11 * iyy
+    k20, k21 = p20 * ixx + p21 * ixy, p20 * ixy + p21 * iyy
+    k30, k31 = p30 * ixx + p31 * ixy, p30 * ixy + p31 * iyy
+    mean[0] += k00 * dx + k01 * dy
+    mean[1] += k10 * dx + k11 * dy
+    mean[2] += k20 * dx + k21 * dy
+    mean[3] += k30 * dx + k31 * dy
+    cov[0, 0] = p00 - (k00 * p00 + k01 * p01)
+    cov[1, 1] = p11 - (k10 * p01 + k11 * p11)
+    cov[2, 2] = p22 - (k20 * p20 + k21 * p21)
+    cov[3, 3] = p33 - (k30 * p30 + k31 * p31)
+    cov[0, 1] = cov[1, 0] = p01 - (k00 * p01 + k01 * p11)
+    cov[0, 2] = cov[2, 0] = p20 - (k00 * p20 + k01 * p21)
+    cov[0, 3] = cov[3, 0] = p30 - (k00 * p30 + k01 * p31)
+    cov[1, 2] = cov[2, 1] = p21 - (k10 * p20 + k11 * p21)
+    cov[1, 3] = cov[3, 1] = p31 - (k10 * p30 + k11 * p31)
+    cov[2, 3] = cov[3, 2] = p32 - (k20 * p30 + k21 * p31)
+
+
+@compiled
+def start(mean, cov, x, y, noise, weight, velocity_variance):
+    """A new track on one detection: position variance R/w, velocity 0 with the given variance, (m/s)²."""
+    for a in range(4):
+        mean[a] = 0.0
+        for b in range(4):
+            cov[a, b] = 0.0
+    mean[0], mean[1] = x, y
+    for a in range(2):
+        for b in range(2):
+            cov[a, b] = noise[a, b] / weight
+        cov[a + 2, a + 2] = velocity_variance
