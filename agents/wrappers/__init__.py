@@ -12,7 +12,7 @@ where the worst scripted attack does 4.34 and 1.93, and at level `poses` 4.34 an
     phantoms    8.17, 8.13       6.79, 6.65
     grid        8.87, 8.79       6.85, 7.20
 
-`python -m trust_env.training.learning.compare_wrappers --out FOLDER` repeats it; the numbers lie beside it in a CSV file.
+`python -m trust_env.training.learning.compare_wrappers --out FOLDER` repeats it; the numbers lie beside it.
 What made the difference, one seed of 400,000 steps against trust, before -> after: phantoms that follow where
 the learner points -> that stay where they appear, grid 4.07 -> 6.52, phantoms 2.07 -> 5.38 (pointing matters
 when a phantom appears and hardly later, so that nothing taught those that were there where to stay). Twice
@@ -49,5 +49,5 @@ def build_view(view: Any = DEFAULT_VIEW) -> View:
             raise unknown_name("view", spec.name if spec.path is None else view, VIEWS)
         view = made("view", spec.name, VIEWS[spec.name], spec.params)
     if not isinstance(view, View):
-        raise TypeError(f"a view is a name ({', '.join(VIEWS)}) or an `trust_env.agents.wrappers.wrapper.View`; got {view!r}")
+        raise TypeError(f"a view is a name ({', '.join(VIEWS)}) or a `View`; got {view!r}")
     return view

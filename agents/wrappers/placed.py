@@ -20,7 +20,7 @@ class PlacedPhantoms(View):
     injection slots take turns in them.
 
     A learner sees, of every phantom, its place relative to the agent (as detections are scaled), and 1 where
-    there is one, else zeros. All is expressed in one frame of reference: see `trust_env.agents.wrappers.reference_frame`.
+    there is one, else zeros. All is expressed in one frame of reference, see `reference_frame`.
     FOVs that are no circles report what lies outside them from where the environment moves it, inside.
     """
 

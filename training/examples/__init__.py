@@ -1,4 +1,4 @@
-"""trust-env in other people's training libraries: one file each, run as `python -m trust_env.training.examples.rllib`.
+"""trust-env in other people's training libraries: a file each: `python -m trust_env.training.examples.rllib`.
 
 Each trains for a few updates, so that it runs in seconds, then plays what it has trained and reports the
 damage by the environment's own metrics. To train in earnest, raise `--updates` and the sizes of the batches.

@@ -1,4 +1,4 @@
-"""The policy of an algorithm as a policy file: weights and a plain config, which `trust_env.agents.learned` plays."""
+"""The policy of an algorithm as a policy file: weights and a plain config."""
 
 from __future__ import annotations
 

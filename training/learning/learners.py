@@ -25,7 +25,7 @@ class Learners:
     """The learners of a `VectorEnv`, I = W n of them: index i = w n + a, for learner a of world w.
 
     scenario, defense, num_worlds, max_cycles, threads: as of `VectorEnv`; knowledge: another level than the
-    scenario's; view: what their actions mean (`trust_env.agents.wrappers`); learner_role: all its agents learn, or the
+    scenario's; view: what their actions mean (`agents.wrappers`); learner_role: all its agents learn, or the
     name of the only one that does; others: policies of the other agents by role or name, honest where none is
     given; stagger: the worlds' first episodes end at different frames, so that later ones do not all end at
     once.

@@ -1,1 +1,1 @@
-"""The only place that knows Numba's insides: how kernels are declared, called from Python, kept, shared out to threads."""
+"""The only place that knows Numba's insides: how kernels are declared, called, kept and shared out to threads."""

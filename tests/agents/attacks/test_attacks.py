@@ -161,7 +161,7 @@ class TestNaming:
     def test_own_policies_come_from_files_and_objects(self, tmp_path: Path) -> None:
         file = tmp_path / "mine.py"
         file.write_text(
-            "import trust_env.agents\n"
+            "from trust_env import agents\n"
             "class Still(agents.Policy):\n"
             "    name = 'still'\n"
             "    def __init__(self, x=1): self.x = x\n"
