@@ -15,7 +15,7 @@ import numpy as np
 
 from trust_env.agents.fovs import Fovs
 from trust_env.scenario import Scenario
-from trust_env.spaces.action import action_table, encode_action
+from trust_env.spaces.action import ActionTable
 from trust_env.spaces.observation import KNOWLEDGE, ObservationTable
 from trust_env.spec import Spec
 from trust_env.world.random import POLICY, uniforms
@@ -126,8 +126,7 @@ class Policy:
 
     def nothing(self) -> np.ndarray:
         """The honest action float32[W, n, A]: zeros."""
-        size = action_table(self.context.scenario)["suppressions"].stop
-        return np.zeros((len(self.frame), len(self.context.agents), size), dtype=np.float32)
+        return ActionTable(self.context.scenario).nothing(len(self.frame), len(self.context.agents))
 
     def encode(
         self,
@@ -144,7 +143,7 @@ class Policy:
             fire = np.broadcast_to(allowed if fire is None else fire & allowed, positions.shape[:-1])
         if suppress is not None:
             suppress = suppress & (np.arange(suppress.shape[-1]) < self.suppressions[:, None])
-        return encode_action(self.context.scenario, self.fovs.boxes(pose), positions, fire, suppress)
+        return ActionTable(self.context.scenario).encode(self.fovs.boxes(pose), positions, fire, suppress)
 
     def __repr__(self) -> str:
         known = [name for name in inspect.signature(type(self)).parameters if hasattr(self, name)]

@@ -10,7 +10,7 @@ import numpy as np
 from trust_env.agents.base import PolicyContext, PolicyLike, check_knowledge, name_of
 from trust_env.errors import unknown_name
 from trust_env.scenario import Scenario
-from trust_env.spaces.action import action_table
+from trust_env.spaces.action import ActionTable
 from trust_env.spaces.observation import ObservationTable
 
 ROLES = ("adversary", "benign")
@@ -39,7 +39,7 @@ class Player:
         self.coalitions = _coalitions(self.scenario, policies or {})
         for policy, _ in self.coalitions:
             check_knowledge(policy, self.scenario)
-        self._action_size = action_table(self.scenario)["suppressions"].stop
+        self._action_size = ActionTable(self.scenario).size
         self._began = False
 
     @overload

@@ -1,4 +1,4 @@
-"""A batch of worlds: buffers, threads, seeds. What the faces (PettingZoo, arrays, fusion centre) are thin
+"""A batch of worlds: memory, threads, episodes. What the faces (PettingZoo, arrays, fusion centre) are thin
 layers over.
 """
 
@@ -10,13 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from trust_env import frame as engine
-from trust_env.compiled.threads import Crew
-from trust_env.defenses import BuiltIn, Defense, Evidence, Shape, Verdict, build_defense, fits_publication
-from trust_env.parameters import Pack
+from trust_env import frame
+from trust_env.compiled.structs import ACTIONS, ROW, SCRATCH, aligned_zeros
+from trust_env.compiled.threads import WorkerThreads, threads_available, threads_for
+from trust_env.defenses import BuiltIn, Defense, Evidence, Shape, build_defense
+from trust_env.defenses.verdict import apply_verdict
+from trust_env.parameters import Parameters
 from trust_env.scenario import Scenario, load_scenario
-from trust_env.world.fields import METRICS, ROW, aligned_zeros
-from trust_env.world.tracking.score import CONFIRMED
+from trust_env.world.fields import FRAME_METRICS, HEAD
 
 SEED_LIMIT = 2**63
 
@@ -31,12 +32,18 @@ def checked_seed(seed: Any) -> int:
 
 
 class Arrays(Mapping[str, np.ndarray]):
-    """Live views of the worlds' memory by name, with leading axis W; writing to them changes the worlds."""
+    """Live views of the worlds' memory by name, with leading axis W; writing to them changes the worlds.
 
-    def __init__(self, pack: Pack, rows: np.ndarray):
-        self._views = {
-            name: pack.layout.view(rows, name) for name, kind in pack.layout.kinds.items() if kind[0] == ROW
-        }
+    `trust_env.world.fields` says what each is; `metrics[W, ·]` are all of a frame's in order.
+    """
+
+    def __init__(self, parameters: Parameters, rows: np.ndarray, actions: np.ndarray):
+        layout, buffers = parameters.layout, {ROW: rows, ACTIONS: actions}
+        names = [name for name, field in layout.fields.items() if field.buffer in buffers]
+        self._views = {name: layout.view(buffers[layout.fields[name].buffer], name) for name in names}
+        first, count = self._views[next(iter(FRAME_METRICS))], len(FRAME_METRICS)
+        strides = (*first.strides, first.itemsize)
+        self._views["metrics"] = np.lib.stride_tricks.as_strided(first, (*first.shape, count), strides)
 
     def __getitem__(self, name: str) -> np.ndarray:
         return self._views[name]
@@ -54,7 +61,7 @@ class Arrays(Mapping[str, np.ndarray]):
         return len(self._views)
 
 
-class Worlds:
+class Batch:
     """W worlds of one scenario under one defense.
 
     threads: how many threads share a frame's work (default: the processors this process may use).
@@ -72,25 +79,38 @@ class Worlds:
         self.defense: BuiltIn | Defense = build_defense(defense)
         self.horizon = self.scenario.horizon if horizon is None else _positive("max_cycles", horizon)
         self.num_worlds = _positive("num_worlds", num_worlds)
-        available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        self.threads = _positive("threads", threads or available)
+        self.threads = _positive("threads", threads or threads_available())
         self._allocate()
 
     def _allocate(self) -> None:
-        self.pack = Pack(self.scenario, self.defense, self.horizon)
-        layout = self.pack.layout
-        self._head = layout.head
-        self.rows = aligned_zeros(self.num_worlds, layout.row_bytes)
-        self.arrays = Arrays(self.pack, self.rows)
-        self.crew = Crew(self.pack, self.rows, self.threads)
-        self.arrays.dt[...] = self.scenario.dt
-        self.arrays.active[...] = 1
+        self.parameters = Parameters(self.scenario, self.defense, self.horizon)
+        layout, count = self.parameters.layout, self.num_worlds
+        self._head = layout.record(HEAD)
+        self.rows, self._actions = (aligned_zeros(count, layout.sizes[b]) for b in (ROW, ACTIONS))
+        self.scratch = aligned_zeros(threads_for(count, self.threads), layout.sizes[SCRATCH])
+        self._workers = WorkerThreads(frame.engine(), count, [self._own(s) for s in self.scratch])
+        self.arrays = Arrays(self.parameters, self.rows, self._actions)
+        self.arrays.dt[...], self.arrays.active[...] = self.scenario.dt, 1
         self._evidence: Evidence | None = None
+
+    def _own(self, scratch: np.ndarray) -> list[int]:
+        """What a thread is told of the worlds: `frame.OWN`."""
+        rows, actions, parameters = self.rows, self._actions, self.parameters
+        found = {
+            "rows": rows.ctypes.data,
+            "row_bytes": rows.shape[1],
+            "parameters": parameters.buffer.ctypes.data,
+            "scratch": scratch.ctypes.data,
+            "actions": actions.ctypes.data,
+            "action_bytes": actions.shape[1],
+            "layout": parameters.layout.table.ctypes.data,
+        }
+        return [found[name] for name in frame.OWN]
 
     @property
     def roles(self) -> np.ndarray:
         """+1 adversary, -1 benign, int[K]."""
-        return self.pack.layout.view(self.pack.params, "role")
+        return self.parameters["role"]
 
     # --- copies and snapshots ---
 
@@ -104,14 +124,8 @@ class Worlds:
         self.defense = defense
 
     def __getstate__(self) -> dict[str, Any]:
-        return {
-            "scenario": self.scenario,
-            "defense": self.defense,
-            "horizon": self.horizon,
-            "num_worlds": self.num_worlds,
-            "threads": self.threads,
-            "rows": self.rows.copy(),
-        }
+        names = ("scenario", "defense", "horizon", "num_worlds", "threads")
+        return {name: getattr(self, name) for name in names} | {"rows": self.rows.copy()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update({name: value for name, value in state.items() if name != "rows"})
@@ -120,114 +134,51 @@ class Worlds:
 
     # --- running ---
 
-    def run(self, stages: int) -> None:
-        """Run stages of a frame in all active worlds."""
-        self.crew.run(stages)
-
     def start(self, worlds: np.ndarray) -> None:
         """Begin an episode in the worlds where `worlds` (bool[W]) is set; their seed, world_id and episode
         must be in place.
         """
         self.arrays.active[...] = worlds
-        self.run(engine.RESET)
+        self._workers.run(frame.BEGIN)
         self.arrays.active[...] = 1
+        self.arrays.metrics[worlds] = 0.0
         if not isinstance(self.defense, BuiltIn):
-            dims = self.pack.dims
-            self.defense.reset(Shape(self.num_worlds, dims["K"], dims["J"], dims["D"]), worlds)
+            n = self.parameters.lengths
+            self.defense.reset(Shape(self.num_worlds, n["K"], n["J"], n["D"]), worlds)
 
-    def step(self) -> None:
-        """One frame of all worlds, on the actions in `arrays.action`."""
-        self.run_frame(engine.EDIT_AND_TRACK, engine.NEXT)
+    def step(self, actions: np.ndarray) -> None:
+        """One frame of all worlds on checked actions[W, K, A]."""
+        self.arrays.action[...] = actions
+        self.run_frame(frame.EDIT_AND_TRACK, frame.NEXT_FRAME)
 
     def run_frame(self, before: int, after: int) -> None:
-        """Stages before judging, the defense, stages after it: one kernel call, or two around a user's own
-        defense.
+        """Stages before judging, the defense, stages after it: one call of the engine, or two around a user's
+        own defense.
         """
         if isinstance(self.defense, BuiltIn):
-            self.run(before | engine.JUDGE | engine.CONCLUDE | after)
+            self._workers.run(before | frame.JUDGE_BUILT_IN | frame.CONCLUDE | after)
             return
-        self.run(before | engine.JUDGE)  # clears the verdict
-        self._apply(self.defense.update(self.evidence()))
-        self.run(engine.CONCLUDE | after)
+        self._workers.run(before | frame.JUDGE_NOTHING)
+        evidence = self.evidence()
+        apply_verdict(self.defense, self.defense.update(evidence), evidence, self.arrays)
+        self._workers.run(frame.CONCLUDE | after)
 
     def evidence(self) -> Evidence:
         """The present frame's evidence; live views, so copy what must outlast the frame."""
         if self._evidence is None:
-            a = self.arrays
-            self._evidence = Evidence(
-                a.track_id, a.track_status, a.track_age, a.track_score, a.track_doomed, a.track_mean,
-                a.track_cov, a.expected, a.detected, a.held, a.reports, a.report_count, a.assignment,
-                a.innovation, a.innovation_cov, a.distance2, a.agent_score, a.pose,
-                a.frame.reshape(-1), a.dt.reshape(-1),
-            )  # fmt: skip
+            self._evidence = Evidence.of(self.arrays)
         return self._evidence
-
-    def _apply(self, verdict: Verdict) -> None:
-        """Write a user's verdict into the worlds, checked."""
-        if not isinstance(verdict, Verdict):
-            raise TypeError(
-                f"{type(self.defense).__name__}.update must return a trust_env.Verdict, "
-                f"not {type(verdict).__name__}"
-            )
-        a, dims = self.arrays, self.pack.dims
-        tracks, agents = (self.num_worlds, dims["J"]), (self.num_worlds, dims["K"])
-        for name, shape in (
-            ("track_trust", tracks),
-            ("track_trust_var", tracks),
-            ("agent_trust", agents),
-            ("agent_trust_var", agents),
-        ):
-            if getattr(verdict, name) is not None:
-                a[name][...] = self._checked(name, getattr(verdict, name), shape, unit=True)
-        if verdict.keep is not None:
-            a.keep[...] = self._checked("keep", verdict.keep, tracks).astype(bool)
-        kept = self.evidence().confirmed | ((self.evidence().status == CONFIRMED) & a.keep)
-        publish = (
-            fits_publication(kept, a.track_trust)
-            if verdict.publish is None
-            else self._checked("publish", verdict.publish, tracks)
-        )
-        a.publish[...] = publish.astype(bool) & kept
-        weight = (
-            np.where(np.isnan(a.agent_trust), 1.0, a.agent_trust)
-            if verdict.agent_weight is None
-            else verdict.agent_weight
-        )
-        a.agent_weight[...] = np.nan_to_num(self._checked("agent_weight", weight, agents, unit=True), nan=1.0)
-
-    def _checked(self, name: str, value: Any, shape: tuple[int, ...], unit: bool = False) -> np.ndarray:
-        what = f"{type(self.defense).__name__}: {name}"
-        try:
-            array = np.asarray(value)
-        except ValueError as error:
-            raise ValueError(f"{what} must be an array of shape {list(shape)}: {error}") from None
-        if array.shape != shape:
-            axes = "agents" if name.startswith("agent") else "tracks"
-            raise ValueError(
-                f"{what} must have shape {list(shape)} (worlds, {axes}), not {list(array.shape)}"
-            )
-        if array.dtype.kind not in "fiub":
-            raise ValueError(f"{what} must hold numbers or truth values, not {array.dtype}")
-        fits = np.isnan(array) | ((array >= 0.0) & (array <= 1.0))
-        if unit and not fits.all():
-            raise ValueError(f"{what} must lie in [0, 1] (NaN: no opinion); found {array[~fits][0]}")
-        return array
 
     def metrics(self) -> dict[str, np.ndarray]:
         """The frame's metrics by name, each `[W]`."""
-        return by_name(self.arrays.metrics.copy())
+        return dict(zip(FRAME_METRICS, self.arrays.metrics.copy().T, strict=True))
 
     def head(self) -> np.ndarray:
         """A copy of what every step hands out, a record `HEAD` for every world."""
         return self.rows[:, : self._head.itemsize].copy().view(self._head)[:, 0]
 
     def close(self) -> None:
-        self.crew.close()
-
-
-def by_name(metrics: np.ndarray) -> dict[str, np.ndarray]:
-    """Metrics `[W, ·]` in the order of `METRICS` as a dictionary of `[W]`."""
-    return dict(zip(METRICS, metrics.T, strict=True))
+        self._workers.close()
 
 
 def _positive(name: str, value: Any) -> int:

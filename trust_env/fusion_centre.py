@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 from scipy.special import expit
 
-from trust_env import frame as engine
-from trust_env.batch import Worlds
+from trust_env import frame as stages
+from trust_env.batch import Batch
 from trust_env.defenses import build_defense
 from trust_env.defenses.trust import Trust
+from trust_env.world.origin import CLUTTER
 from trust_env.world.tracking.score import CONFIRMED
 
 
@@ -60,7 +61,7 @@ class FusionCentre:
     """
 
     def __init__(self, scenario: Any = "patrol", defense: Any = "trust"):
-        self._worlds = Worlds(scenario, defense, 1, threads=1)
+        self._worlds = Batch(scenario, defense, 1, threads=1)
         self.scenario, self.n_agents = self._worlds.scenario, self._worlds.scenario.n_agents
         self.reset()
 
@@ -93,12 +94,12 @@ class FusionCentre:
         if placed is not None:
             arrays.pose[0], self._pose_missing = placed, ""
         for k, points in enumerate(reports):
-            arrays.report_count[0, k], arrays.reports[0, k, : len(points)] = len(points), points
-            arrays.report_origin[0, k] = -1
+            arrays.report_count[0, k] = len(points)
+            arrays.report_detections[0, k, : len(points)], arrays.report_origin[0, k] = points, CLUTTER
         if self._time is not None:
             arrays.dt[...] = now - self._time
         self._time = now
-        self._worlds.run_frame(engine.TRACK, 0)
+        self._worlds.run_frame(stages.TRACK_AS_REPORTED, 0)
         arrays.frame[...] += 1
         return self._frame(now)
 
@@ -211,7 +212,7 @@ def replay_evidence(
         judge = Trust(**params)
     most = max((len(frame["track_id"]) for frame in listed), default=1)
     team = {"n_adversaries": 0, "n_benign": n_agents, "placement": "together"}
-    worlds = Worlds(
+    worlds = Batch(
         {"dt": dt, "team": team, "tracker": {"max_tracks": max(1, 2 * most)}}, judge, 1, threads=1
     )
     worlds.start(np.ones(1, dtype=bool))
@@ -239,7 +240,7 @@ def _checked_frame(f: int, frame: Mapping[str, Any], n_agents: int) -> dict[str,
     return out
 
 
-def _judge_frame(worlds: Worlds, frame: Mapping[str, np.ndarray]) -> ReplayedFrame:
+def _judge_frame(worlds: Batch, frame: Mapping[str, np.ndarray]) -> ReplayedFrame:
     """Lay the frame's tracks into the columns that they had before, new ones into free columns, and judge."""
     a, ids = worlds.arrays, frame["track_id"]
     stale = ~np.isin(a.track_id[0], ids)
@@ -247,9 +248,9 @@ def _judge_frame(worlds: Worlds, frame: Mapping[str, np.ndarray]) -> ReplayedFra
     known = {int(i): j for j, i in enumerate(a.track_id[0]) if i >= 0}
     free = (j for j in range(a.track_id.shape[1]) if a.track_id[0, j] < 0)
     columns = np.array([known[i] if i in known else next(free) for i in ids.tolist()], dtype=np.int64)
-    a.track_id[0, columns], a.track_status[0, columns], a.track_doomed[...] = ids, CONFIRMED, False
+    a.track_id[0, columns], a.track_status[0, columns], a.track_to_delete[...] = ids, CONFIRMED, False
     a.track_age[0, columns] += 1
-    a.columns[:, 0] = columns.max(initial=-1) + 1
+    a.track_count[...] = columns.max(initial=-1) + 1
     for name in ("expected", "detected", "held"):
         a[name][...] = False
         a[name][0][:, columns] = frame[name].astype(bool)
@@ -259,10 +260,10 @@ def _judge_frame(worlds: Worlds, frame: Mapping[str, np.ndarray]) -> ReplayedFra
     worlds.run_frame(0, 0)
     a.frame[...] += 1
     beliefs = isinstance(worlds.defense, Trust)
-    pairs = a.track_belief[0, columns].tolist() if beliefs else []
+    pairs = a.trust_track_belief[0, columns].tolist() if beliefs else []
     return ReplayedFrame(
         ids, a.track_trust[0, columns], a.track_trust_var[0, columns], a.publish[0, columns],
         a.agent_trust[0].copy(), a.agent_trust_var[0].copy(),
         {i: (alpha, beta) for i, (alpha, beta) in zip(ids.tolist(), pairs, strict=False)},
-        [(alpha, beta) for alpha, beta in a.agent_belief[0].tolist()] if beliefs else [],
+        [(alpha, beta) for alpha, beta in a.trust_agent_belief[0].tolist()] if beliefs else [],
     )  # fmt: skip

@@ -13,13 +13,12 @@ from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import wrappers
 from pettingzoo.utils.conversions import parallel_to_aec
 
-from trust_env.batch import Arrays, Worlds, checked_seed
+from trust_env.batch import Arrays, Batch, checked_seed
 from trust_env.errors import unknown_name
-from trust_env.parameters import action_size
 from trust_env.spaces.state import StateTable
-from trust_env.world.fields import METRICS
+from trust_env.world.fields import FRAME_METRICS
 
-INFO_KEYS = METRICS[:5]
+INFO_KEYS = tuple(FRAME_METRICS)[:5]
 
 
 class TrustEnv(ParallelEnv):
@@ -50,14 +49,14 @@ class TrustEnv(ParallelEnv):
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise unknown_name("render mode", render_mode, self.metadata["render_modes"])
         self.render_mode = render_mode
-        self.worlds = Worlds(scenario, defense, 1, horizon=max_cycles)
+        self.worlds = Batch(scenario, defense, 1, horizon=max_cycles)
         self.scenario, self.max_cycles = self.worlds.scenario, self.worlds.horizon
         self.possible_agents = list(self.scenario.agent_names)
         self.agents: list[str] = []
-        size, actions = self.worlds.pack.observation.size, action_size(self.scenario)
+        size, actions = self.observation_table.size, self.worlds.parameters.actions.size
         self._observation_spaces = {a: Box(-1.0, 1.0, (size,), np.float32) for a in self.possible_agents}
         self._action_spaces = {a: Box(-1.0, 1.0, (actions,), np.float32) for a in self.possible_agents}
-        self.state_table = StateTable(self.worlds)
+        self.state_table = self._state_table()
         self.state_space = Box(-1.0, 1.0, (self.state_table.size,), np.float32)
         self._started = False
         self._renderer: Any = None
@@ -66,15 +65,16 @@ class TrustEnv(ParallelEnv):
     def _bind(self) -> None:
         """Views that a step needs, cut once."""
         arrays = self.worlds.arrays
-        self._action, self._observation = arrays.action[0], arrays.observation[0]
-        self._reward, self._metrics, self._frame = (
-            arrays.reward[0],
-            arrays.metrics[0, : len(INFO_KEYS)],
-            arrays.frame,
-        )
-        self._staged = np.zeros_like(self._action)
+        self._observation = arrays.observation[0]
+        self._reward, self._frame = arrays.reward[0], arrays.frame
+        self._metrics = arrays.metrics[0, : len(INFO_KEYS)]
+        self._staged = np.zeros_like(arrays.action[0])
         self._staged_rows = list(self._staged)
         self._flat, self._finite = self._staged.reshape(-1), np.zeros(self._staged.size, dtype=bool)
+
+    def _state_table(self) -> StateTable:
+        parameters, horizon = self.worlds.parameters, self.max_cycles
+        return StateTable(parameters.lengths, parameters.observation.scales, self.worlds.roles, horizon)
 
     @property
     def arrays(self) -> Arrays:
@@ -84,7 +84,7 @@ class TrustEnv(ParallelEnv):
     @property
     def observation_table(self):
         """Names, slices, shapes and units of the observation's fields."""
-        return self.worlds.pack.observation
+        return self.worlds.parameters.observation
 
     def observation_space(self, agent: str) -> Box:
         return self._observation_spaces[agent]
@@ -119,8 +119,7 @@ class TrustEnv(ParallelEnv):
         if not agents:
             self._refuse_step()
         self._stage(actions)
-        self._action[...] = self._staged
-        self.worlds.step()
+        self.worlds.step(self._staged)
         over = bool(self._frame[0] >= self.max_cycles)
         observations = dict(zip(agents, self._observation.copy(), strict=True))
         rewards = dict(zip(agents, self._reward.tolist(), strict=True))
@@ -187,7 +186,7 @@ class TrustEnv(ParallelEnv):
 
     def state(self) -> np.ndarray:
         """The whole truth and the whole tracker, float32 in [-1, 1]; fields: `state_table`."""
-        return self.state_table.read(0)
+        return self.state_table.read(self.arrays, 0)
 
     def get_state(self) -> dict[str, Any]:
         """A snapshot from which `set_state` continues bit for bit, here or in another environment of the same
@@ -241,7 +240,6 @@ class TrustEnv(ParallelEnv):
 
     def __getstate__(self) -> dict[str, Any]:
         bound = (
-            "_action",
             "_observation",
             "_reward",
             "_metrics",
@@ -258,7 +256,7 @@ class TrustEnv(ParallelEnv):
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
-        self.state_table = StateTable(self.worlds)
+        self.state_table = self._state_table()
         self._bind()
 
     def __repr__(self) -> str:

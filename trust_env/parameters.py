@@ -3,50 +3,56 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
-from trust_env.defenses import BuiltIn, Defense
+from trust_env.compiled.structs import PARAMETERS, Layout
+from trust_env.defenses import DEFENSES, BuiltIn, Defense
+from trust_env.frame import declare_defenses
 from trust_env.scenario import Fov, Scenario
-from trust_env.spaces.observation import KNOWLEDGE, REACH, ObservationTable, Scales
+from trust_env.spaces.action import ActionTable
+from trust_env.spaces.observation import REACH, ObservationTable, Scales
 from trust_env.theory import initial_score, score_thresholds
-from trust_env.world import sensing
-from trust_env.world import targets as motion
-from trust_env.world.fields import Layout
+from trust_env.world import targets as target_sources
+from trust_env.world.agents import PLACEMENTS, ROLES
+from trust_env.world.fields import WORLD_GROUPS
 from trust_env.world.fov import CODES as FOV_CODES
-from trust_env.world.scoring import ACTUATIONS
+from trust_env.world.picture import ACTUATIONS
 from trust_env.world.tracking.score import CONFIRMATIONS, DELETIONS
 
-ROLES = {"adversary": 1, "benign": -1}
-PLACEMENTS = {"random": sensing.PLACED_RANDOM, "overlapping": sensing.PLACED_OVERLAPPING}
-OWN_DEFENSE = -1  # `defense` of a user's own
+OWN_DEFENSE = -1  # the number of a user's own
 
 
-def action_size(scenario: Scenario) -> int:
-    """A = 3M + D."""
-    return 3 * scenario.injection.slots + scenario.sensor.max_detections
+def number_of(defense: BuiltIn | Defense) -> int:
+    """The number by which the engine knows a defense."""
+    return list(DEFENSES.values()).index(type(defense)) if isinstance(defense, BuiltIn) else OWN_DEFENSE
 
 
-def dims_of(scenario: Scenario, defense: BuiltIn | Defense) -> dict[str, int]:
+def name_of(defense: BuiltIn) -> str:
+    """The name of a built-in defense, which is that of its group of fields."""
+    return list(DEFENSES)[number_of(defense)]
+
+
+def lengths_of(scenario: Scenario, defense: BuiltIn | Defense) -> dict[str, int]:
     """Lengths of all axes but O, the observation's."""
     vertices = [len(scenario.agent(k).fov.vertices or ()) for k in range(scenario.n_agents)]
     recording = scenario.recording()
-    dims = {
+    n = {
         "K": scenario.n_agents,
         "N": max(1, len(scenario.targets.positions or ()) or scenario.targets.slots),
         "D": scenario.sensor.max_detections,
         "J": scenario.tracker.max_tracks,
         "L": scenario.tracker.max_local_tracks,
-        "M": scenario.injection.slots,
-        "A": action_size(scenario),
+        "A": ActionTable(scenario).size,
         "V": max(3, *vertices),
         "T": 1 if recording is None else len(recording.times),
-        "H": defense.history if isinstance(defense, BuiltIn) else 1,
     }
-    dims["R"] = max(dims["D"], dims["L"], dims["J"])  # rows and columns of any assignment
-    dims["C"] = max(dims["J"], dims["N"], dims["L"])
-    dims["P"] = max(dims["D"] * dims["C"], dims["L"] * dims["J"], dims["J"] * dims["N"])
-    return dims
+    n["R"] = max(n["D"], n["L"], n["J"])  # rows and columns of any assignment
+    n["S"] = n["R"] + 1
+    n["C"] = max(n["J"], n["N"], n["L"])
+    n["P"] = max(n["D"] * n["C"], n["L"] * n["J"], n["J"] * n["N"])
+    return n | (defense.lengths() if isinstance(defense, BuiltIn) else {})
 
 
 def reach_of(fov: Fov) -> float:
@@ -75,117 +81,106 @@ def scales_of(scenario: Scenario) -> Scales:
     return Scales((low + high) / 2, float(np.max(high - low)) / 2, speed, REACH * reach)
 
 
-class Pack:
-    """Layout, observation table and parameter buffer of a scenario under a defense."""
+class Parameters:
+    """Layout, observation and action tables and parameter buffer of a scenario under a defense."""
 
     def __init__(self, scenario: Scenario, defense: BuiltIn | Defense, horizon: int):
-        self.dims = dims_of(scenario, defense)
-        self.observation = ObservationTable(scenario, scales_of(scenario), self.dims)
-        self.dims["O"] = self.observation.size
-        self.layout = Layout(self.dims)
-        self.params = np.zeros(self.layout.param_bytes, dtype=np.uint8)
-        self._fill_world(scenario, horizon)
-        self._fill_agents(scenario)
-        self._fill_tracker(scenario)
-        self._fill_defense(scenario, defense)
+        declare_defenses()
+        self.lengths, self.actions = lengths_of(scenario, defense), ActionTable(scenario)
+        self.observation = ObservationTable(scenario, scales_of(scenario), self.lengths)
+        self.lengths["O"] = self.observation.size
+        own = (name_of(defense),) if isinstance(defense, BuiltIn) else ()
+        self.layout = Layout(self.lengths, (*WORLD_GROUPS, *own))
+        self.buffer = np.zeros(self.layout.sizes[PARAMETERS], dtype=np.uint8)
+        self.set(horizon=horizon, **self.actions.parameters())
+        self._set_world(scenario)
+        self._set_targets(scenario)
+        for k in range(scenario.n_agents):
+            self._set_agent(scenario, k)
+        self._set_tracker(scenario)
+        self._set_defense(scenario, defense)
 
-    def set(self, **values) -> None:
-        """Write parameter fields by name."""
+    def __getitem__(self, name: str) -> np.ndarray:
+        """The live view of a field."""
+        return self.layout.view(self.buffer, name)
+
+    def set(self, **values: Any) -> None:
+        """Write fields by name."""
         for name, value in values.items():
-            self.layout.view(self.params, name)[...] = value
+            self[name][...] = value
 
-    def _fill_world(self, s: Scenario, horizon: int) -> None:
-        scales, targets = self.observation.scales, s.targets
-        self.set(
-            horizon=horizon,
-            knowledge=KNOWLEDGE[s.knowledge],
-            shared=s.coordination == "shared",
-            actuation=ACTUATIONS[s.actuation],
-        )
-        self.set(
-            extent_centre=scales.centre,
-            extent_half=scales.half,
-            speed_scale=scales.speed,
-            observation_offset=self.observation.offsets(),
-        )
-        self.set(area=s.area, speed=targets.speed, target_noise=targets.process_noise)
-        alive = targets.initial if targets.slots else 0.0
-        born = targets.birth_rate if targets.slots else 0.0
-        self.set(initial_probability=alive, birth_rate=born, death_rate=targets.death_rate)
+    def _set_world(self, s: Scenario) -> None:
+        scales, evidence, metrics, reward = self.observation.scales, s.evidence, s.metrics, s.reward
+        self.set(scale_centre=scales.centre, scale_half=scales.half, scale_speed=scales.speed)
+        self.set(scale_offset=self.observation.offsets(), actuation=ACTUATIONS[s.actuation])
         self.set(placement=PLACEMENTS.get(s.team.placement, 0), spread=s.team.spread)
-        self.set(target_source=motion.DRAWN, record=np.nan)
-        recording = s.recording()
+        self.set(near_distance=evidence.near_distance or 0.0, hold_distance=evidence.hold_distance)
+        self.set(match_distance=metrics.match_distance, cutoff=metrics.cutoff, order=metrics.order)
+        self.set(reward_false_track=reward.false_track, reward_missing_target=reward.missing_target)
+        self.set(reward_lost_trust=reward.lost_trust)
+
+    def _set_targets(self, s: Scenario) -> None:
+        targets, recording = s.targets, s.recording()
+        self.set(target_area=s.area, target_speed=targets.speed, target_process_noise=targets.process_noise)
+        alive, born = (targets.initial, targets.birth_rate) if targets.slots else (0.0, 0.0)
+        self.set(target_initial_probability=alive, target_birth_rate=born, target_death_rate=targets.death_rate)
+        self.set(target_source=target_sources.DRAWN, target_record=np.nan)
         if recording is not None:
-            self.set(target_source=motion.RECORDED, record=_with_velocity(recording.positions, s.dt))
-        elif targets.positions is not None and targets.positions:
+            record = _with_velocity(recording.positions, s.dt)
+            self.set(target_source=target_sources.RECORDED, target_record=record)
+        elif targets.positions:
             start = np.zeros((len(targets.positions), 4))
             start[:, :2] = targets.positions
             start[:, 2:] = np.nan if targets.velocities is None else targets.velocities  # NaN: drawn
-            self.set(target_source=motion.FIXED, start_state=start)
-        self.set(match_distance=s.metrics.match_distance, cutoff=s.metrics.cutoff, order=s.metrics.order)
-        self.set(near_distance=s.evidence.near_distance or 0.0, hold_distance=s.evidence.hold_distance)
-        r = s.reward
-        self.set(
-            reward_false_track=r.false_track,
-            reward_missing_target=r.missing_target,
-            reward_lost_trust=r.lost_trust,
-        )
+            self.set(target_source=target_sources.FIXED, target_start_state=start)
 
-    def _fill_agents(self, s: Scenario) -> None:
-        view = {
-            name: self.layout.view(self.params, name)
-            for name in self.layout.kinds
-            if self.layout.kinds[name][0] == 1
+    def _set_agent(self, s: Scenario, k: int) -> None:
+        agent = s.agent(k)
+        fov, belief = agent.fov, agent.belief
+        values = {
+            "role": ROLES[agent.role],
+            "start_pose": (*(agent.position or (0.0, 0.0)), agent.heading),
+            "pose_drawn": agent.position is None,
+            "fov_type": FOV_CODES[fov.type],
+            "fov_radius": reach_of(fov),
+            "fov_heading": fov.heading if fov.type == "sector" else 0.0,
+            "fov_half_width": fov.width / 2 if fov.type == "sector" else math.pi,
+            "clutter_mean": agent.sensor.clutter_density * fov.area,
+            "p_detect": agent.sensor.p_detect,
+            "noise_cov": agent.sensor.covariance,
+            "noise_chol": np.linalg.cholesky(np.array(agent.sensor.covariance)),
+            "injection_budget": min(agent.budget.injections, s.injection.slots),
+            "suppression_budget": agent.budget.suppressions,
+            "initial_score": initial_score(
+                p_detect=belief.p_detect, beta_fp=belief.beta_fp, beta_nt=belief.beta_nt
+            ),
+            "hit_constant": math.log(belief.p_detect / (2 * math.pi * belief.beta_fp)),
+            "miss_gain": math.log1p(-belief.p_detect),
         }
-        for k in range(s.n_agents):
-            agent = s.agent(k)
-            view["role"][k] = ROLES[agent.role]
-            view["start_pose"][k] = (*(agent.position or (0.0, 0.0)), agent.heading)
-            view["pose_drawn"][k] = agent.position is None
-            fov = agent.fov
-            view["fov_type"][k], view["fov_radius"][k] = FOV_CODES[fov.type], reach_of(fov)
-            view["fov_heading"][k] = fov.heading if fov.type == "sector" else 0.0
-            view["fov_half_width"][k] = fov.width / 2 if fov.type == "sector" else math.pi
-            if fov.type == "polygon":
-                corners = _counterclockwise(np.array(fov.vertices))
-                view["fov_sides"][k], view["fov_vertices"][k, : len(corners)] = len(corners), corners
-            view["clutter_mean"][k] = agent.sensor.clutter_density * fov.area
-            view["p_detect"][k] = agent.sensor.p_detect
-            view["noise_cov"][k] = agent.sensor.covariance
-            view["noise_chol"][k] = np.linalg.cholesky(view["noise_cov"][k])
-            view["injection_budget"][k] = min(agent.budget.injections, s.injection.slots)
-            view["suppression_budget"][k] = agent.budget.suppressions
-            p, fp = agent.belief.p_detect, agent.belief.beta_fp
-            view["initial_score"][k] = initial_score(p_detect=p, beta_fp=fp, beta_nt=agent.belief.beta_nt)
-            view["hit_constant"][k], view["miss_gain"][k] = math.log(p / (2 * math.pi * fp)), math.log1p(-p)
+        if fov.type == "polygon":
+            corners = _counterclockwise(np.array(fov.vertices))
+            self["fov_sides"][k], self["fov_vertices"][k, : len(corners)] = len(corners), corners
+        for name, value in values.items():
+            self[name][k] = value
 
-    def _fill_tracker(self, s: Scenario) -> None:
+    def _set_tracker(self, s: Scenario) -> None:
         t = s.tracker
         delete, confirm = score_thresholds(alpha=t.alpha, beta=t.beta)
-        self.set(
-            process_noise=t.process_noise,
-            velocity_variance=t.initial_velocity_variance,
-            gate=-2.0 * math.log1p(-t.gate),
-        )
-        self.set(
-            confirm_threshold=confirm,
-            delete_threshold=delete,
-            confirmed_drop=t.confirmed_drop,
-            tentative_drop=t.tentative_drop,
-        )
-        self.set(
-            confirmation=CONFIRMATIONS[t.confirmation],
-            deletion=DELETIONS[t.deletion],
-            max_unseen=t.max_unseen,
-        )
+        self.set(process_noise=t.process_noise, velocity_variance=t.initial_velocity_variance)
+        self.set(gate=-2.0 * math.log1p(-t.gate), max_unseen=t.max_unseen)
+        self.set(confirmation=CONFIRMATIONS[t.confirmation], confirm_threshold=confirm)
         self.set(confirm_m=t.confirm_m, confirm_n=t.confirm_n, confirm_hits=t.confirm_hits)
+        self.set(deletion=DELETIONS[t.deletion], delete_threshold=delete)
+        self.set(confirmed_drop=t.confirmed_drop, tentative_drop=t.tentative_drop)
 
-    def _fill_defense(self, s: Scenario, defense: BuiltIn | Defense) -> None:
+    def _set_defense(self, s: Scenario, defense: BuiltIn | Defense) -> None:
+        self.set(defense=number_of(defense))
         if isinstance(defense, BuiltIn):
-            values, priors = defense.pack(s.n_agents)
-            self.set(defense=defense.code, defense_params=values, agent_prior=priors)
+            prefix = name_of(defense)
+            self.set(**{f"{prefix}_{name}": value for name, value in defense.values(s.n_agents).items()})
+            self.set(keep_innovations=defense.needs_innovations)
         else:
-            self.set(defense=OWN_DEFENSE, full_evidence=1)
+            self.set(keep_innovations=True)
 
 
 def _counterclockwise(corners: np.ndarray) -> np.ndarray:

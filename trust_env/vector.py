@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Box
 
-from trust_env.batch import Arrays, Worlds, by_name, checked_seed
-from trust_env.parameters import action_size
-from trust_env.spaces.action import action_table
+from trust_env.batch import Arrays, Batch, checked_seed
+from trust_env.spaces.action import ActionTable
+from trust_env.world.fields import FRAME_METRICS
 
 __all__ = ["VectorEnv", "vector_env"]
 
@@ -33,12 +33,12 @@ class VectorEnv:
         threads: int | None = None,
         autoreset: bool = True,
     ):
-        self.worlds = Worlds(scenario, defense, num_worlds, horizon=max_cycles, threads=threads)
+        self.worlds = Batch(scenario, defense, num_worlds, horizon=max_cycles, threads=threads)
         self.scenario, self.defense, self.num_worlds = self.worlds.scenario, self.worlds.defense, num_worlds
         self.max_cycles, self.autoreset = self.worlds.horizon, autoreset
         self.possible_agents = list(self.scenario.agent_names)
-        self.single_observation_space = Box(-1.0, 1.0, (self.worlds.pack.observation.size,), np.float32)
-        self.single_action_space = Box(-1.0, 1.0, (action_size(self.scenario),), np.float32)
+        self.single_observation_space = Box(-1.0, 1.0, (self.observation_table.size,), np.float32)
+        self.single_action_space = Box(-1.0, 1.0, (self.action_table.size,), np.float32)
         self._started = False
 
     @property
@@ -49,11 +49,12 @@ class VectorEnv:
     @property
     def observation_table(self):
         """Names, slices, shapes and units of the observation's fields."""
-        return self.worlds.pack.observation
+        return self.worlds.parameters.observation
 
     @property
-    def action_table(self) -> dict[str, slice]:
-        return action_table(self.scenario)
+    def action_table(self) -> ActionTable:
+        """Where injections and suppressions stand in an action."""
+        return self.worlds.parameters.actions
 
     def reset(
         self, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -83,8 +84,7 @@ class VectorEnv:
         if not self._started:
             raise RuntimeError("call reset() before step()")
         arrays = self.worlds.arrays
-        arrays.action[...] = self._checked(actions)
-        self.worlds.step()
+        self.worlds.step(self._checked(actions))
         head = self.worlds.head()
         truncated, info = head["frame"] >= self.max_cycles, _info(head)
         if self.autoreset and truncated.any():
@@ -128,7 +128,7 @@ class VectorEnv:
 
 
 def _info(head: np.ndarray) -> dict[str, Any]:
-    return by_name(head["metrics"]) | {
+    return {name: head[name] for name in FRAME_METRICS} | {
         "agent_trust": head["agent_trust"],
         "seed": head["seed"],
         "world": head["world_id"],

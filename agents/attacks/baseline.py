@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from trust_env.agents.base import ACTION, Policy
-from trust_env.spaces.action import action_table
+from trust_env.spaces.action import ActionTable
 
 
 class Honest(Policy):
@@ -26,7 +26,7 @@ class Random(Policy):
     def act(self, observations: np.ndarray) -> np.ndarray:
         actions = self.nothing()
         actions[...] = 2.0 * self.draw(ACTION, actions.shape[-1]) - 1.0
-        table = action_table(self.context.scenario)
+        table = ActionTable(self.context.scenario)
         slots, entries = actions[..., table["injections"]], actions[..., table["suppressions"]]
         slots[:, np.arange(slots.shape[-1]) // 3 >= self.injections[:, None]] = 0.0
         entries[:, np.arange(entries.shape[-1]) >= self.suppressions[:, None]] = 0.0

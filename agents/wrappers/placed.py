@@ -8,7 +8,7 @@ from trust_env.agents.base import PolicyContext
 from trust_env.agents.parameters import length, one_of, refuse, whole_or_none
 from trust_env.agents.wrappers.reference_frame import KINDS, Frame, Places, over_fov
 from trust_env.agents.wrappers.wrapper import View
-from trust_env.spaces.action import action_table
+from trust_env.spaces.action import ActionTable
 from trust_env.spaces.observation import REACH
 
 MOST_TURNS = 2  # phantoms per slot: a tentative track outlives one frame without a report, not two
@@ -47,7 +47,7 @@ class PlacedPhantoms(View):
         self.scene = Frame(self.frame, context, self.fields)
         reach = context.observation_table.scales.reach[context.agents]
         self._step = (self.speed * context.scenario.dt / reach).astype(np.float32)[:, None]
-        self._suppressions = action_table(context.scenario)["suppressions"]
+        self._suppressions = ActionTable(context.scenario)["suppressions"]
         return 3 * self.phantoms
 
     def _count(self, context: PolicyContext) -> tuple[int, int]:

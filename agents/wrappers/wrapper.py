@@ -11,7 +11,7 @@ from gymnasium.spaces import Space
 
 from trust_env.agents.base import PolicyContext
 from trust_env.agents.parameters import refuse
-from trust_env.spaces.action import action_table
+from trust_env.spaces.action import ActionTable
 from trust_env.spaces.observation import KNOWLEDGE
 from trust_env.spec import Spec
 
@@ -50,7 +50,7 @@ class View:
         self._context = context
         if not goes_on:
             self._show_fields(context)
-            self._action_size = action_table(context.scenario)["suppressions"].stop
+            self._action_size = ActionTable(context.scenario).size
             self.observation_size = sum(self.fields.values()) + self.prepare(context)
         self.begin(context.mask)
 

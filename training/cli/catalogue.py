@@ -110,15 +110,12 @@ def _parameters(made: Any) -> dict[str, Any]:
 
 def _choices(switch: str) -> dict[str, list[str]]:
     """What a switch of `trust` can be, where names are given to choose from."""
-    from trust_env.defenses import trust_presets as switches
+    from trust_env.defenses.trust import Trust
 
-    known = switches._CHOICES.get(switch)
-    return {} if known is None else {"choices": list(known)}
+    known = Trust.choices(switch)
+    return {"choices": known} if known else {}
 
 
 def _presets(made: Any) -> Mapping[str, Mapping[str, Any]]:
     """The presets of a class that takes its switches as keywords, the default one first."""
-    from trust_env.defenses.trust import Trust
-    from trust_env.defenses.trust_presets import PRESETS
-
-    return PRESETS if made is Trust else {}
+    return made.presets() if hasattr(made, "presets") else {}

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trust_env import frame as engine
-from trust_env.batch import Worlds
+from trust_env.batch import Batch
 from trust_env.parallel import parallel_env
 from trust_env.scenario import Scenario, load_scenario
 from trust_env.training.speed.stopwatch import Run
@@ -85,7 +85,7 @@ def record(scenario: str) -> Recorded:
 
 def centre_subject(recorded: Recorded) -> Run:
     """The fusion centre on recorded detections, a kernel call a frame: trackers, evidence, trust, picture."""
-    worlds = Worlds(recorded.scenario, "trust", 1, threads=1)
+    worlds = Batch(recorded.scenario, "trust", 1, threads=1)
     a, every = worlds.arrays, np.ones(1, dtype=bool)
     reports, counts = a.reports[0], a.report_count[0]
 

@@ -10,7 +10,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from trust_env.compiled.jit import JIT_OFF
+from trust_env.compiled.mode import INTERPRETED
 
 _WORD = ir.IntType(64)
 
@@ -71,9 +71,9 @@ def _store_in_python(address: int, value: int) -> None:
     ctypes.c_int64.from_address(int(address)).value = int(value)
 
 
-add: Any = _add_in_python if JIT_OFF else _add_in_kernel
+add: Any = _add_in_python if INTERPRETED else _add_in_kernel
 """Add to the number; returns what it was before."""
-load: Any = _load_in_python if JIT_OFF else _load_in_kernel
-store: Any = _store_in_python if JIT_OFF else _store_in_kernel
-pause: Any = (lambda: None) if JIT_OFF else _pause_in_kernel
+load: Any = _load_in_python if INTERPRETED else _load_in_kernel
+store: Any = _store_in_python if INTERPRETED else _store_in_kernel
+pause: Any = (lambda: None) if INTERPRETED else _pause_in_kernel
 """Tell the processor that the thread waits for another."""

@@ -1,76 +1,125 @@
-"""The threads that share the work on the worlds of a batch."""
+"""Threads that share the work on many worlds, inside compiled code."""
 
 from __future__ import annotations
 
 import os
 import time
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
 
-from trust_env import frame as engine
-from trust_env.compiled.jit import BOUNDSCHECK, JIT_OFF
-from trust_env.parameters import Pack
-from trust_env.world.fields import aligned_zeros
+from trust_env.compiled import atomic
+from trust_env.compiled.entry import Entry
+from trust_env.compiled.mode import CHECKED, INTERPRETED, PLAIN
+from trust_env.compiled.structs import ints_at
 
 _PER_THREAD = 16  # fewer worlds are not worth another thread
 _MOST, _LEAST = 32, 2  # worlds that a thread takes at a time: what stays in its cache, what is worth asking
 _PATIENCE = 20_000  # turns that a thread waits before it goes to sleep, about half a millisecond
 _NAP = 1e-4  # s
 
+# What the threads share, int64[7]: what is to be done in how many worlds, and how far it is; then each one's
+# own numbers, which the kernel is called with.
+TASK, WORLDS, THREADS, LEAST, MOST, TAKEN, DONE, OWN = range(8)
 
-class Crew:
-    """Runs stages of a frame in all worlds of `rows[W, ·]`, on several threads at once.
 
-    To wake a thread takes as long as a dozen worlds. So whoever runs out of work stays awake for a moment:
-    the caller until all worlds are done, the others until the next frame.
+def threads_available() -> int:
+    """The processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def share_work(run_worlds: Any, numbers: int) -> Entry:
+    """An entry `(shared, thread, task, patience)`: one thread's part in doing a task in all worlds.
+
+    `run_worlds(own, first, last, task)` is a kernel that does it in a range of worlds, with a thread's own
+    int64[numbers]. Thread 0 gives the task (not 0), takes part, and returns when all worlds are done; the
+    others (task 0) take part in one task after another. Either gives up after waiting in vain for `patience`
+    turns.
     """
 
-    def __init__(self, pack: Pack, rows: np.ndarray, threads: int):
-        num_worlds, layout = len(rows), pack.layout
-        # Without the compiler, threads only take turns; with checks, an error must reach the caller.
-        self.threads = 1 if JIT_OFF or BOUNDSCHECK else min(threads, -(-num_worlds // _PER_THREAD))
-        self.scratch = aligned_zeros(self.threads, layout.scratch_bytes)
-        self._buffers = rows, pack.params, layout.table  # they live as long as a thread may use them
-        first, params, table = (buffer.ctypes.data for buffer in self._buffers)
-        batches = [(first, layout.row_bytes, params, s.ctypes.data, table) for s in self.scratch]
-        self._words = np.zeros(engine.BATCHES + engine.BATCH * self.threads, dtype=np.int64)
-        self._words[engine.BATCHES :] = np.ravel(batches)
-        self._words[[engine.WORLDS, engine.TAKEN, engine.DONE]] = num_worlds
-        self._words[[engine.THREADS, engine.LEAST, engine.MOST]] = self.threads, _LEAST, _MOST
-        self._address = self._words.ctypes.data
+    def advance(shared, thread, task, patience):
+        orders = ints_at(shared, OWN)
+        own, waited = ints_at(shared + 8 * (OWN + numbers * thread), numbers), 0
+        if task != 0:
+            orders[TASK] = task
+            atomic.store(shared + 8 * DONE, 0)
+            atomic.store(shared + 8 * TAKEN, 0)
+        while waited < patience:
+            left = orders[WORLDS] - atomic.load(shared + 8 * TAKEN)
+            if left > 0:
+                # Ever fewer worlds at a time, so that no thread waits long for another (guided
+                # self-scheduling, Polychronopoulos & Kuck 1987).
+                part = max(orders[LEAST], min(orders[MOST], left // (2 * orders[THREADS])))
+                first = atomic.add(shared + 8 * TAKEN, part)
+                last = min(first + part, orders[WORLDS])
+                if first < last:
+                    run_worlds(own, first, last, orders[TASK])
+                    atomic.add(shared + 8 * DONE, last - first)
+                waited = 0
+            elif thread == 0 and atomic.load(shared + 8 * DONE) == orders[WORLDS]:
+                return
+            else:
+                atomic.pause()
+                waited += 1
+
+    return Entry(advance, slow=True)
+
+
+def threads_for(worlds: int, wanted: int) -> int:
+    """How many threads are worth having."""
+    # Without the compiler, threads only take turns; with checks, an error must reach the caller.
+    return 1 if INTERPRETED or CHECKED or PLAIN else min(wanted, -(-worlds // _PER_THREAD))
+
+
+class WorkerThreads:
+    """Does tasks in all of a number of worlds, on one thread for each of `own`, numbers for the kernel.
+
+    advance: the entry that `share_work` made; it is compiled at the first run.
+
+    To wake a thread takes as long as a dozen worlds. So whoever runs out of work stays awake for a moment:
+    the caller until all worlds are done, the others until the next task.
+    """
+
+    def __init__(self, advance: Entry, worlds: int, own: Sequence[Sequence[int]]):
+        self.threads, self._advance = len(own), advance
+        self._shared = np.concatenate([np.zeros(OWN, dtype=np.int64), np.ravel(own)]).astype(np.int64)
+        self._shared[[WORLDS, TAKEN, DONE]] = worlds
+        self._shared[[THREADS, LEAST, MOST]] = self.threads, _LEAST, _MOST
+        self._address = self._shared.ctypes.data
         self._asleep = [True] * self.threads
         self._pool: ThreadPoolExecutor | None = None
         self._owner = 0
 
-    def run(self, stages: int) -> None:
-        """Run the stages in all active worlds."""
+    def run(self, task: int) -> None:
+        """Do the task in all worlds."""
         if self.threads == 1:
-            engine.advance(self._address, 0, stages, _PATIENCE)
+            self._advance(self._address, 0, task, _PATIENCE)
             return
         self._wake()
         self._wait()  # for what an interrupt may have left unfinished
-        engine.advance(self._address, 0, stages, _PATIENCE)
+        self._advance(self._address, 0, task, _PATIENCE)
         self._wait()
 
     def _wait(self) -> None:
         """Until the worlds that other threads have in hand are done."""
-        while self._words[engine.DONE] < self._words[engine.WORLDS]:
+        while self._shared[DONE] < self._shared[WORLDS]:
             time.sleep(_NAP)
 
     def _wake(self) -> None:
         if self._pool is None or self._owner != os.getpid():  # threads do not survive a fork
-            engine.advance.prepare()
+            self._advance.prepare()
             self._pool = ThreadPoolExecutor(self.threads - 1, thread_name_prefix="trust-env")
             self._owner, self._asleep = os.getpid(), [True] * self.threads
-            self._words[[engine.TAKEN, engine.DONE]] = self._words[engine.WORLDS]
+            self._shared[[TAKEN, DONE]] = self._shared[WORLDS]
         for thread in range(1, self.threads):
             if self._asleep[thread]:
                 self._asleep[thread] = False
                 self._pool.submit(self._help, thread)
 
     def _help(self, thread: int) -> None:
-        engine.advance(self._address, thread, 0, _PATIENCE)
+        self._advance(self._address, thread, 0, _PATIENCE)
         self._asleep[thread] = True
 
     def close(self) -> None:

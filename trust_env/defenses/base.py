@@ -1,19 +1,18 @@
 """What defenses have in common: the contract, the verdict, and when a track is fit to be shown.
 
-A built-in defense is a class with a `code`, by which the engine finds its kernel, and `pack`, which turns its
-parameters into numbers. A user's own has two methods, `reset(shape, worlds)` and `update(evidence) ->
-Verdict`, and works on whole batches in NumPy.
+A built-in defense is a class with two kernels, and says what memory and what parameters they read. A user's own
+has two methods, `reset(shape, worlds)` and `update(evidence) -> Verdict`, and works on whole batches in NumPy.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from trust_env.compiled.jit import compiled
-from trust_env.world.fields import F, flags1, floats1, ints1, whole
+from trust_env.compiled.kernels import kernel
 from trust_env.world.tracking.score import CONFIRMED
 
 ACCEPT = 0.5  # a track is shown while its trust is at least this, or nobody has an opinion
@@ -36,7 +35,7 @@ class Evidence:
     entries mean nothing.
 
     track_id, status (0 empty, 1 tentative, 2 confirmed), age (frames): int[W, J]; score (nats): float[W, J];
-    doomed: bool[W, J], the tracker is about to delete the track; track_mean[W, J, 4], track_cov[W, J, 4, 4]
+    to_delete: bool[W, J], the tracker is about to delete the track; track_mean[W, J, 4], track_cov[W, J, 4, 4]
     (m, m/s); expected, detected, held: bool[W, K, J]; detections[W, K, D, 2] (m) with detection_count int[W,
     K]; assignment int[W, K, D] (track column, -1 none); innovation[W, K, J, 2], innovation_cov[W, K, J, 2,
     2], distance2[W, K, J] of the hits (NaN: no hit); agent_score[W, K, J], what each agent has contributed to
@@ -47,7 +46,7 @@ class Evidence:
     status: np.ndarray
     age: np.ndarray
     score: np.ndarray
-    doomed: np.ndarray
+    to_delete: np.ndarray
     track_mean: np.ndarray
     track_cov: np.ndarray
     expected: np.ndarray
@@ -64,6 +63,12 @@ class Evidence:
     frame: np.ndarray
     dt: np.ndarray
 
+    @classmethod
+    def of(cls, arrays: Mapping[str, np.ndarray]) -> Evidence:
+        """Live views of the worlds' arrays; numbers of a world are [W]."""
+        found = {field.name: arrays[_ARRAYS.get(field.name, field.name)] for field in fields(cls)}
+        return cls(**found)
+
     @property
     def existence_probability(self) -> np.ndarray:
         """1 / (1 + e^-L) `[W, J]` (Hallyburton & Pajic 2024, Eq. 3b)."""
@@ -74,7 +79,18 @@ class Evidence:
     @property
     def confirmed(self) -> np.ndarray:
         """bool[W, J]: confirmed tracks that are not about to be deleted."""
-        return (self.status == CONFIRMED) & ~self.doomed
+        return (self.status == CONFIRMED) & ~self.to_delete
+
+
+# What evidence calls by other names than the worlds' arrays.
+_ARRAYS = {
+    "status": "track_status",
+    "age": "track_age",
+    "score": "track_score",
+    "to_delete": "track_to_delete",
+    "detections": "report_detections",
+    "detection_count": "report_count",
+}
 
 
 @dataclass(frozen=True)
@@ -109,18 +125,48 @@ class Defense(Protocol):
 
 
 class BuiltIn:
-    """A defense that runs compiled, inside the frame."""
+    """A defense that runs compiled, inside the frame: a class in a file of its own and a line in the registry.
 
-    code: ClassVar[int]
-    history: int = 1  # frames of memory, the axis H
+    parameters, memory: fields by name, as in `trust_env.world.fields` ("f8 K 2 | meaning"), which the kernels
+    read as `world.NAME.field`, NAME being the defense's in the registry; an axis may be a letter of `lengths`.
+    needs_innovations: whether `evidence.innovation`, `innovation_cov` and `distance2` are kept.
+    """
 
-    def pack(self, n_agents: int) -> tuple[np.ndarray, np.ndarray]:
-        """Parameters `[32]` and agent priors (α, β) `[K, 2]`."""
-        return np.zeros(32), np.full((n_agents, 2), 0.5)
+    parameters: ClassVar[Mapping[str, str]] = {}
+    memory: ClassVar[Mapping[str, str]] = {}
+    needs_innovations: ClassVar[bool] = False
+
+    @staticmethod
+    @kernel
+    def reset(world):
+        """An episode begins: forget everything."""
+
+    @staticmethod
+    @kernel
+    def judge(world):
+        """Write the verdict on a frame over the neutral one: no opinion, all confirmed tracks published."""
+
+    def values(self, n_agents: int) -> dict[str, Any]:
+        """What the kernels find in the fields of `parameters`."""
+        return {}
+
+    def lengths(self) -> dict[str, int]:
+        """Lengths of axes that only this defense has."""
+        return {}
 
     def params(self) -> dict[str, Any]:
         """What the defense was built with, to print and to save."""
         return {}
+
+    @classmethod
+    def presets(cls) -> Mapping[str, Mapping[str, Any]]:
+        """Parameters by preset, the default one first, where the class takes them as keywords."""
+        return {}
+
+    @classmethod
+    def choices(cls, parameter: str) -> list[str]:
+        """What a parameter can be, where there are names to choose from."""
+        return []
 
 
 def fits_publication(confirmed: np.ndarray, track_trust: np.ndarray) -> np.ndarray:
@@ -128,22 +174,21 @@ def fits_publication(confirmed: np.ndarray, track_trust: np.ndarray) -> np.ndarr
     return confirmed & ~(track_trust < ACCEPT)
 
 
-@compiled
+@kernel
 def clear_verdict(world):
     """No opinion, every confirmed track fit for publication, nothing kept."""
-    for k in range(floats1(world, F.agent_trust).shape[0]):
-        floats1(world, F.agent_trust)[k] = np.nan
-        floats1(world, F.agent_trust_var)[k] = np.nan
-    status, doomed, publish = (
-        ints1(world, F.track_status),
-        flags1(world, F.track_doomed),
-        flags1(world, F.publish),
-    )
-    trust, variance, keep = (
-        floats1(world, F.track_trust),
-        floats1(world, F.track_trust_var),
-        flags1(world, F.keep),
-    )
-    for j in range(whole(world, F.columns)):
-        trust[j], variance[j], keep[j] = np.nan, np.nan, False
-        publish[j] = status[j] == CONFIRMED and not doomed[j]
+    tracks, verdict = world.tracks, world.verdict
+    for k in range(verdict.agent_trust.shape[0]):
+        verdict.agent_trust[k], verdict.agent_trust_var[k] = np.nan, np.nan
+    for j in range(tracks.count):
+        verdict.track_trust[j], verdict.track_trust_var[j], verdict.keep[j] = np.nan, np.nan, False
+        verdict.publish[j] = tracks.status[j] == CONFIRMED and not tracks.to_delete[j]
+
+
+@kernel
+def weigh_agents(world):
+    """The weight of an agent in the next frame: its trust, 1 where there is no opinion."""
+    verdict = world.verdict
+    for k in range(verdict.agent_trust.shape[0]):
+        trust = verdict.agent_trust[k]
+        verdict.agent_weight[k] = 1.0 if np.isnan(trust) else trust

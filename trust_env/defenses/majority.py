@@ -6,12 +6,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from trust_env.compiled.jit import compiled
+from trust_env.compiled.kernels import kernel
 from trust_env.defenses.base import BuiltIn
-from trust_env.world.evidence import list_confirmed
-from trust_env.world.fields import F, flags1, flags2, floats1, floats2, floats3, ints1, whole
-
-QUOTA = 0
+from trust_env.world.tracking.track_store import list_confirmed
 
 
 class Majority(BuiltIn):
@@ -24,88 +21,93 @@ class Majority(BuiltIn):
     window: frames, from 1 to 1000; q: share of the votes, in [0, 1). Raises ValueError outside these ranges.
     """
 
-    code: ClassVar[int] = 2
+    parameters: ClassVar = {"q": "f8"}
+    memory: ClassVar = {
+        "track_id": "i8 J | whose votes these are",
+        "vote": "f8 H J | share of the expected agents that detected the track; NaN: none was",
+        "agreement": "f8 H K 2 | agreements, looks",
+    }
 
     def __init__(self, window: int = 10, q: float = 0.5):
         if not isinstance(window, int) or not 1 <= window <= 1000:
-            raise ValueError(
-                f"majority: window must be a whole number of frames from 1 to 1000, not {window!r}"
-            )
+            expected = "a whole number of frames from 1 to 1000"
+            raise ValueError(f"majority: window must be {expected}, not {window!r}")
         if not isinstance(q, (int, float)) or not 0.0 <= q < 1.0:
             raise ValueError(f"majority: q must be a share of the votes in [0, 1), not {q!r}")
-        self.history, self.q = window, float(q)
+        self.window, self.q = window, float(q)
 
     def params(self) -> dict[str, Any]:
-        return {"window": self.history, "q": self.q}
+        return {"window": self.window, "q": self.q}
 
-    def pack(self, n_agents: int) -> tuple[np.ndarray, np.ndarray]:
-        values, priors = super().pack(n_agents)
-        values[QUOTA] = self.q
-        return values, priors
+    def values(self, n_agents: int) -> dict[str, Any]:
+        return {"q": self.q}
 
+    def lengths(self) -> dict[str, int]:
+        return {"H": self.window}
 
-@compiled
-def reset_majority(world):
-    agreement = floats3(world, F.agreement)  # [H, K, 2]  agreements, looks
-    for h in range(agreement.shape[0]):
+    @staticmethod
+    @kernel
+    def reset(world):
+        """No votes yet."""
+        memory = world.majority
+        for h in range(memory.agreement.shape[0]):
+            for k in range(memory.agreement.shape[1]):
+                memory.agreement[h, k, 0], memory.agreement[h, k, 1] = 0.0, 0.0
+        for j in range(memory.track_id.shape[0]):
+            memory.track_id[j] = -1
+
+    @staticmethod
+    @kernel
+    def judge(world):
+        """Trust of every confirmed track, whether it is shown, and how far each agent agrees with that."""
+        agreement, verdict = world.majority.agreement, world.verdict
+        now = world.clock.frame % agreement.shape[0]
         for k in range(agreement.shape[1]):
-            agreement[h, k, 0], agreement[h, k, 1] = 0.0, 0.0
-    for j in range(ints1(world, F.belief_id).shape[0]):
-        ints1(world, F.belief_id)[j] = -1
+            agreement[now, k, 0], agreement[now, k, 1] = 0.0, 0.0
+        for c in range(list_confirmed(world)):
+            _count_votes(world, world.scratch.listing[c], now)
+        for k in range(agreement.shape[1]):
+            agreed, looks = 0.0, 0.0
+            for h in range(agreement.shape[0]):
+                agreed += agreement[h, k, 0]
+                looks += agreement[h, k, 1]
+            if looks > 0.0:
+                rate = agreed / looks
+                verdict.agent_trust[k], verdict.agent_trust_var[k] = rate, rate * (1.0 - rate) / looks
 
 
-@compiled
-def judge_majority(world):
-    listed, columns = list_confirmed(world), ints1(world, F.listing)
-    vote, agreement = floats2(world, F.vote), floats3(world, F.agreement)
-    now = whole(world, F.frame) % vote.shape[0]
-    for k in range(agreement.shape[1]):
-        agreement[now, k, 0], agreement[now, k, 1] = 0.0, 0.0
-    for c in range(listed):
-        _count_votes(world, columns[c], now)
-    for k in range(agreement.shape[1]):
-        agreed, looks = 0.0, 0.0
-        for h in range(agreement.shape[0]):
-            agreed += agreement[h, k, 0]
-            looks += agreement[h, k, 1]
-        if looks > 0.0:
-            rate = agreed / looks
-            floats1(world, F.agent_trust)[k], floats1(world, F.agent_trust_var)[k] = (
-                rate,
-                rate * (1.0 - rate) / looks,
-            )
-
-
-@compiled
+@kernel
 def _count_votes(world, j, now):
     """Trust of one track, whether it is shown, and who agrees."""
-    expected, detected = flags2(world, F.expected), flags2(world, F.detected)
-    vote, belief_id, track_id = floats2(world, F.vote), ints1(world, F.belief_id), ints1(world, F.track_id)
-    if belief_id[j] != track_id[j]:
-        belief_id[j] = track_id[j]
-        for h in range(vote.shape[0]):
-            vote[h, j] = np.nan
-    looks, yes = 0, 0
-    for k in range(expected.shape[0]):
-        looks += expected[k, j]
-        yes += expected[k, j] and detected[k, j]
-    vote[now, j] = yes / looks if looks > 0 else np.nan
+    memory, evidence, verdict = world.majority, world.evidence, world.verdict
+    if memory.track_id[j] != world.tracks.id[j]:
+        memory.track_id[j] = world.tracks.id[j]
+        for h in range(memory.vote.shape[0]):
+            memory.vote[h, j] = np.nan
+    memory.vote[now, j] = _vote(world, j)
     total, frames, squares = 0.0, 0, 0.0
-    for h in range(vote.shape[0]):
-        if not np.isnan(vote[h, j]):
-            total += vote[h, j]
-            squares += vote[h, j] ** 2
+    for h in range(memory.vote.shape[0]):
+        if not np.isnan(memory.vote[h, j]):
+            total += memory.vote[h, j]
+            squares += memory.vote[h, j] ** 2
             frames += 1
     if frames == 0:
         return
     mean = total / frames
-    shown = mean > floats1(world, F.defense_params)[QUOTA]
-    floats1(world, F.track_trust)[j], floats1(world, F.track_trust_var)[j] = (
-        mean,
-        max(0.0, squares / frames - mean * mean) / frames,
-    )
-    flags1(world, F.publish)[j] = shown
-    for k in range(expected.shape[0]):
-        if expected[k, j]:
-            floats3(world, F.agreement)[now, k, 0] += detected[k, j] == shown
-            floats3(world, F.agreement)[now, k, 1] += 1.0
+    verdict.track_trust[j] = mean
+    verdict.track_trust_var[j] = max(0.0, squares / frames - mean * mean) / frames
+    verdict.publish[j] = mean > memory.q
+    for k in range(evidence.expected.shape[0]):
+        if evidence.expected[k, j]:
+            memory.agreement[now, k, 0] += evidence.detected[k, j] == verdict.publish[j]
+            memory.agreement[now, k, 1] += 1.0
+
+
+@kernel
+def _vote(world, j):
+    """Share of the agents expected to see the track that detect it; NaN where none is expected."""
+    evidence, looks, yes = world.evidence, 0, 0
+    for k in range(evidence.expected.shape[0]):
+        looks += evidence.expected[k, j]
+        yes += evidence.expected[k, j] and evidence.detected[k, j]
+    return yes / looks if looks > 0 else np.nan

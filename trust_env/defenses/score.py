@@ -5,12 +5,8 @@ Every confirmed track is believed; this is what the paper shows to be vulnerable
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from trust_env.defenses.base import BuiltIn
 
 
 class Score(BuiltIn):
     """The track score alone (Hallyburton & Pajic 2024, Sec. III): no opinion on tracks or agents."""
-
-    code: ClassVar[int] = 0

@@ -7,50 +7,58 @@ confidence c, updates it: α += c v, β += c (1 - v).
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
 
-from trust_env.compiled.jit import compiled, inlined
+from trust_env.compiled.kernels import inlined, kernel
 from trust_env.defenses.base import ACCEPT, BuiltIn
-from trust_env.defenses.trust_presets import (
-    AGENT_TRACKS,
-    CONFIDENCES,
-    FORGETTING,
-    ORDERS,
-    PSM_WEIGHTS,
-    PSMS,
+from trust_env.defenses.trust_switches import (
+    ALL_PSMS,
+    ALL_TRACKS,
+    BY_VARIANCE,
+    DECAY,
+    NUMBERS,
+    PRESETS,
+    RETURN,
+    SWITCHES,
+    TOWARD_PRIOR,
+    TRACKS_FIRST,
+    UNWEIGHTED,
+    as_number,
     check_switches,
 )
-from trust_env.world.evidence import list_confirmed
-from trust_env.world.fields import F, flags1, flags2, floats1, floats2, ints1, ints2, real, shape0
+from trust_env.world.tracking.track_store import list_confirmed
 
-TRACKS_FIRST, ALL_TRACKS, ALL_PSMS, BY_VARIANCE, UNWEIGHTED = 0, 0, 0, 0, 0
-DECAY, PRIOR, RETURN = 0, 1, 2
-_SWITCHES = [
-    "order", "agent_tracks", "agent_psms", "track_forgetting", "agent_forgetting", "agent_confidence",
-    "psm_weights", "held_outside_fov", "epsilon", "prior_rate", "dt_return", "agent_negativity_bias",
-    "track_negativity_bias", "negativity_threshold", "track_alpha", "track_beta",
-]  # fmt: skip
-(
-    ORDER, TRACKS, PSM_CHOICE, FORGET_TRACKS, FORGET_AGENTS, CONFIDENCE, WEIGHTS, HELD_OUTSIDE,
-    EPSILON, RATE, DT_RETURN, AGENT_BIAS, TRACK_BIAS, BIAS_BELOW, TRACK_ALPHA, TRACK_BETA,
-) = range(16)  # fmt: skip
+# What the authors' later library weighs a miss by: m of their world, where an FOV has a radius of 70 m.
+_RADIUS, _NEAR, _FAR = 70.0, 30.0, 60.0
+_LEAST_HITS = 2  # of a track that an agent can be blamed for missing
 
 
 class Trust(BuiltIn):
     """Beta trust in tracks and agents.
 
     `preset` is `paper` (as printed), `cdc2024` (the code that drew the paper's figures) or `mate` (the
-    authors' later library); every switch of `trust_env.defenses.switches` can be set alone. Priors are (mean
-    φ, precision λ): α = λφ, β = λ(1 - φ).
+    authors' later library); every switch of `trust_env.defenses.trust_switches` can be set alone. Priors are
+    (mean φ, precision λ): α = λφ, β = λ(1 - φ).
 
     agent_prior, track_prior: priors of all agents and of all tracks; agent_priors: {agent index: (φ, λ)};
     trusted, distrusted: agent indices that get the preset's strong prior, mean 0.8 or 0.2. Raises ValueError
     for an unknown switch or value, or a prior outside its range.
     """
 
-    code: ClassVar[int] = 1
+    parameters: ClassVar = {
+        **dict.fromkeys(NUMBERS, "f8 | a switch, as `as_number` gives it"),
+        "track_prior": "f8 2 | α, β",
+        "agent_prior": "f8 K 2 | α, β",
+    }
+    memory: ClassVar = {
+        "track_id": "i8 J | whose belief it is; -2 - id until that track has been judged; -1: nobody's",
+        "track_belief": "f8 J 2 | α, β",
+        "agent_belief": "f8 K 2 | α, β",
+        "frames_in_fov": "i8 K J | in a row",
+    }
 
     def __init__(self, preset: str = "paper", **switches: Any):
         self._given = {"preset": preset, **switches}
@@ -59,77 +67,74 @@ class Trust(BuiltIn):
     def params(self) -> dict[str, Any]:
         return dict(self._given)
 
-    def pack(self, n_agents: int) -> tuple[np.ndarray, np.ndarray]:
-        s = self.switches
-        codes = {
-            "order": ORDERS[s["order"]],
-            "agent_tracks": AGENT_TRACKS[s["agent_tracks"]],
-            "agent_psms": PSMS[s["agent_psms"]],
-            "track_forgetting": FORGETTING[s["track_forgetting"]],
-            "agent_forgetting": FORGETTING[s["agent_forgetting"]],
-            "agent_confidence": CONFIDENCES[s["agent_confidence"]],
-            "psm_weights": PSM_WEIGHTS[s["psm_weights"]],
-            "track_alpha": s["track_prior"][0] * s["track_prior"][1],
-            "track_beta": (1 - s["track_prior"][0]) * s["track_prior"][1],
-        }
-        values = np.zeros(32)
-        values[: len(_SWITCHES)] = [float(codes.get(name, s.get(name) or 0.0)) for name in _SWITCHES]
-        return values, self._agent_priors(n_agents)
+    @classmethod
+    def presets(cls) -> Mapping[str, Mapping[str, Any]]:
+        return PRESETS
 
-    def _agent_priors(self, n_agents: int) -> np.ndarray:
+    @classmethod
+    def choices(cls, parameter: str) -> list[str]:
+        return list(SWITCHES[parameter].choices) if parameter in SWITCHES else []
+
+    def values(self, n_agents: int) -> dict[str, Any]:
+        numbers = {name: as_number(name, self.switches[name]) for name in NUMBERS}
+        priors = {"track_prior": _beta(self.switches["track_prior"]), "agent_prior": self._priors(n_agents)}
+        return numbers | priors
+
+    def _priors(self, n_agents: int) -> np.ndarray:
+        """(α, β) of every agent, [K, 2]."""
         s = self.switches
         priors = dict.fromkeys(range(n_agents), tuple(s["agent_prior"]))
         trusted = dict.fromkeys(s["trusted"], (0.8, s["strong_precision"]))
         distrusted = dict.fromkeys(s["distrusted"], (0.2, s["strong_precision"]))
         for k, prior in {**trusted, **distrusted, **s["agent_priors"]}.items():
             if not 0 <= k < n_agents:
-                raise ValueError(
-                    f"trust: a prior is given for agent {k}, but the agents are 0 to {n_agents - 1}"
-                )
+                agents = f"the agents are 0 to {n_agents - 1}"
+                raise ValueError(f"trust: a prior is given for agent {k}, but {agents}")
             priors[k] = tuple(prior)
-        return np.array([(mean * precision, (1 - mean) * precision) for mean, precision in priors.values()])
+        return np.array([_beta(prior) for prior in priors.values()])
+
+    @staticmethod
+    @kernel
+    def reset(world):
+        """All beliefs at their priors."""
+        trust = world.trust
+        for k in range(trust.agent_belief.shape[0]):
+            trust.agent_belief[k, 0], trust.agent_belief[k, 1] = trust.agent_prior[k, 0], trust.agent_prior[k, 1]
+        for j in range(trust.track_id.shape[0]):
+            trust.track_id[j] = -1
+
+    @staticmethod
+    @kernel
+    def judge(world):
+        """One frame: beliefs forget, then take their PSMs, in the order of the preset; then the verdict."""
+        listed = list_confirmed(world)
+        _forget_tracks(world, listed)
+        _forget_agents(world)
+        if world.trust.psm_weights != UNWEIGHTED:
+            _count_frames_in_fov(world, listed)
+        if world.trust.order == TRACKS_FIRST:
+            _judge_tracks(world, listed)
+            _judge_agents(world, listed)
+        else:
+            _judge_agents(world, listed)
+            _judge_tracks(world, listed)
+        _conclude(world, listed)
 
 
-# --- kernels ------------------------------------------------------------------------------------------------
-# ------------------
-
-
-@compiled
-def reset_trust(world):
-    """All beliefs at their priors."""
-    belief, prior = floats2(world, F.agent_belief), floats2(world, F.agent_prior)
-    for k in range(belief.shape[0]):
-        belief[k, 0], belief[k, 1] = prior[k, 0], prior[k, 1]
-    for j in range(ints1(world, F.belief_id).shape[0]):
-        ints1(world, F.belief_id)[j] = -1
-
-
-@compiled
-def judge_trust(world):
-    """One frame: beliefs forget, then take their PSMs, in the order of the preset; then the verdict."""
-    switches = floats1(world, F.defense_params)
-    listed = list_confirmed(world)
-    _forget_tracks(world, listed)
-    _forget_agents(world)
-    if switches[WEIGHTS] != UNWEIGHTED:
-        _count_frames_in_fov(world, listed)
-    if switches[ORDER] == TRACKS_FIRST:
-        _judge_tracks(world, listed)
-        _judge_agents(world, listed)
-    else:
-        _judge_agents(world, listed)
-        _judge_tracks(world, listed)
-    _conclude(world, listed)
+def _beta(prior: tuple[float, float]) -> tuple[float, float]:
+    """(α, β) of a prior (mean, precision)."""
+    mean, precision = prior
+    return mean * precision, (1 - mean) * precision
 
 
 @inlined
-def mean_of(belief):
+def _mean(belief):
     """E[τ] = α / (α + β)."""
     return belief[0] / (belief[0] + belief[1])
 
 
 @inlined
-def variance_of(belief):
+def _variance(belief):
     """Var[τ] = αβ / ((α + β)² (α + β + 1))."""
     total = belief[0] + belief[1]
     return belief[0] * belief[1] / (total * total * (total + 1.0))
@@ -148,186 +153,152 @@ def _update(belief, value, confidence, bias, threshold):
     belief[1] += down * confidence * (1.0 - value)
 
 
-@compiled
-def _forget(belief, alpha, beta, rule, switches, dt):
+@kernel
+def _forget(world, belief, alpha, beta, rule):
     """Process noise on one belief whose prior is (alpha, beta)."""
+    trust = world.trust
     if rule == DECAY:
         precision = belief[0] + belief[1]
-        factor = max(alpha + beta, (1.0 - switches[EPSILON]) * precision) / precision
+        factor = max(alpha + beta, (1.0 - trust.epsilon) * precision) / precision
         belief[0] *= factor
         belief[1] *= factor
-    elif rule in (PRIOR, RETURN):
-        weight = switches[RATE]
+    elif rule in (TOWARD_PRIOR, RETURN):
+        weight = trust.prior_rate
         if rule == RETURN:
-            weight, alpha, beta = min(1.0, dt / switches[DT_RETURN]), 0.5, 0.5
+            weight, alpha, beta = min(1.0, world.clock.dt / trust.dt_return), 0.5, 0.5
         belief[0] += weight * (alpha - belief[0])
         belief[1] += weight * (beta - belief[1])
 
 
-@compiled
+@kernel
 def _forget_tracks(world, listed):
-    """Known tracks forget; new ones start at the prior, marked by a negative id until they have been
-    judged.
-    """
-    switches, columns, track_id = (
-        floats1(world, F.defense_params),
-        ints1(world, F.listing),
-        ints1(world, F.track_id),
-    )
-    belief, belief_id, run = (
-        floats2(world, F.track_belief),
-        ints1(world, F.belief_id),
-        ints2(world, F.fov_run),
-    )
+    """Known tracks forget; new ones start at the prior, marked until they have been judged."""
+    trust, prior = world.trust, world.trust.track_prior
     for c in range(listed):
-        j = columns[c]
-        if belief_id[j] == track_id[j]:
-            _forget(
-                belief[j],
-                switches[TRACK_ALPHA],
-                switches[TRACK_BETA],
-                switches[FORGET_TRACKS],
-                switches,
-                real(world, F.dt),
-            )
+        j = world.scratch.listing[c]
+        if trust.track_id[j] == world.tracks.id[j]:
+            _forget(world, trust.track_belief[j], prior[0], prior[1], trust.track_forgetting)
         else:
-            belief[j, 0], belief[j, 1] = switches[TRACK_ALPHA], switches[TRACK_BETA]
-            belief_id[j] = -2 - track_id[j]
-            for k in range(run.shape[0]):
-                run[k, j] = 0
+            trust.track_belief[j, 0], trust.track_belief[j, 1] = prior[0], prior[1]
+            trust.track_id[j] = -2 - world.tracks.id[j]
+            for k in range(trust.frames_in_fov.shape[0]):
+                trust.frames_in_fov[k, j] = 0
 
 
-@compiled
+@kernel
 def _forget_agents(world):
-    switches, belief, prior = (
-        floats1(world, F.defense_params),
-        floats2(world, F.agent_belief),
-        floats2(world, F.agent_prior),
-    )
-    for k in range(belief.shape[0]):
-        _forget(belief[k], prior[k, 0], prior[k, 1], switches[FORGET_AGENTS], switches, real(world, F.dt))
+    trust = world.trust
+    for k in range(trust.agent_belief.shape[0]):
+        prior = trust.agent_prior[k]
+        _forget(world, trust.agent_belief[k], prior[0], prior[1], trust.agent_forgetting)
 
 
-@compiled
+@kernel
 def _count_frames_in_fov(world, listed):
-    expected, run, columns = flags2(world, F.expected), ints2(world, F.fov_run), ints1(world, F.listing)
-    for k in range(run.shape[0]):
+    frames = world.trust.frames_in_fov
+    for k in range(frames.shape[0]):
         for c in range(listed):
-            run[k, columns[c]] = run[k, columns[c]] + 1 if expected[k, columns[c]] else 0
+            j = world.scratch.listing[c]
+            frames[k, j] = frames[k, j] + 1 if world.evidence.expected[k, j] else 0
 
 
-@compiled
+@kernel
 def _miss_weight(world, k, j):
-    """w_fov · w_dist · w_age of a negative PSM (the authors' later library); distances in FOV radii, with
-    70 m = 1.
-    """
-    if floats1(world, F.defense_params)[WEIGHTS] == UNWEIGHTED:
+    """w_fov · w_dist · w_age of a negative PSM (the authors' later library), distances in FOV radii."""
+    if world.trust.psm_weights == UNWEIGHTED:
         return 1.0
-    if ints1(world, F.track_hits)[j] < 2:
+    if world.tracks.hits[j] < _LEAST_HITS:
         return 0.0
-    pose, mean, run = (
-        floats2(world, F.pose)[k],
-        floats2(world, F.track_mean)[j],
-        ints2(world, F.fov_run)[k, j],
-    )
-    distance = math.hypot(mean[0] - pose[0], mean[1] - pose[1]) / floats1(world, F.fov_radius)[k] * 70.0
-    if distance <= 30.0:  # noqa: SIM108 - two rules, one for the near and one for the far
-        in_view = 1.0 if run > 2 else 0.25
+    pose, mean, frames = world.agents.pose[k], world.tracks.mean[j], world.trust.frames_in_fov[k, j]
+    distance = math.hypot(mean[0] - pose[0], mean[1] - pose[1]) / world.agents.fov_radius[k] * _RADIUS
+    if distance <= _NEAR:  # noqa: SIM108 - two rules, one for the near and one for the far
+        in_view = 1.0 if frames > 2 else 0.25
     else:
-        in_view = min(1.0, max(0.0, (run - 3) / 3.0))
-    return in_view * (0.5 if distance > 60.0 else 1.0)
+        in_view = min(1.0, max(0.0, (frames - 3) / 3.0))
+    return in_view * (0.5 if distance > _FAR else 1.0)
 
 
-@compiled
+@kernel
 def _judge_tracks(world, listed):
     """Alg. 1: every agent that is expected to see a track says whether it does; used when at least two are
     expected.
     """
-    switches, columns = floats1(world, F.defense_params), ints1(world, F.listing)
-    expected, detected = flags2(world, F.expected), flags2(world, F.detected)
-    track, agent = floats2(world, F.track_belief), floats2(world, F.agent_belief)
+    trust, evidence = world.trust, world.evidence
+    bias, threshold = trust.track_negativity_bias, trust.negativity_threshold
     for c in range(listed):
-        j, observers = columns[c], 0
-        for k in range(agent.shape[0]):
-            observers += expected[k, j]
+        j, observers = world.scratch.listing[c], 0
+        for k in range(trust.agent_belief.shape[0]):
+            observers += evidence.expected[k, j]
         if observers >= 2:
-            for k in range(agent.shape[0]):
-                if expected[k, j]:
-                    seen = detected[k, j]
-                    confidence = mean_of(agent[k]) * (1.0 if seen else _miss_weight(world, k, j))
-                    _update(
-                        track[j], 1.0 if seen else 0.0, confidence, switches[TRACK_BIAS], switches[BIAS_BELOW]
-                    )
+            for k in range(trust.agent_belief.shape[0]):
+                if evidence.expected[k, j]:
+                    seen = evidence.detected[k, j]
+                    confidence = _mean(trust.agent_belief[k]) * (1.0 if seen else _miss_weight(world, k, j))
+                    _update(trust.track_belief[j], 1.0 if seen else 0.0, confidence, bias, threshold)
 
 
-@compiled
+@kernel
 def _judge_agents(world, listed):
     """Alg. 2: an agent is as good as the tracks that it holds, and as bad as the good tracks that it does
     not hold.
     """
-    switches, columns = floats1(world, F.defense_params), ints1(world, F.listing)
-    agent = floats2(world, F.agent_belief)
-    bias, threshold = switches[AGENT_BIAS], switches[BIAS_BELOW]
-    for k in range(agent.shape[0]):
+    trust, columns = world.trust, world.scratch.listing
+    bias, threshold = trust.agent_negativity_bias, trust.negativity_threshold
+    for k in range(trust.agent_belief.shape[0]):
+        belief = trust.agent_belief[k]
         least, least_value, least_confidence = -1, np.inf, 0.0
         for c in range(listed):
             j = columns[c]
             if not _is_judged_on(world, k, j):
                 continue
             value, confidence = _agent_psm(world, k, j)
-            if switches[PSM_CHOICE] == ALL_PSMS:
-                _update(agent[k], value, confidence, bias, threshold)
+            if trust.agent_psms == ALL_PSMS:
+                _update(belief, value, confidence, bias, threshold)
             elif value < least_value or (value == least_value and _comes_first(world, k, j, least)):
                 least, least_value, least_confidence = j, value, confidence
         if least >= 0:
-            _update(agent[k], least_value, least_confidence, bias, threshold)
+            _update(belief, least_value, least_confidence, bias, threshold)
 
 
-@compiled
+@kernel
 def _is_judged_on(world, k, j):
     """Whether track j makes a PSM for agent k."""
-    switches = floats1(world, F.defense_params)
-    if switches[TRACKS] != ALL_TRACKS and ints1(world, F.belief_id)[j] < 0:
+    trust, evidence = world.trust, world.evidence
+    if trust.agent_tracks != ALL_TRACKS and trust.track_id[j] < 0:
         return False
-    return flags2(world, F.expected)[k, j] or (switches[HELD_OUTSIDE] != 0.0 and flags2(world, F.held)[k, j])
+    return evidence.expected[k, j] or (trust.held_outside_fov != 0.0 and evidence.held[k, j])
 
 
-@compiled
+@kernel
 def _agent_psm(world, k, j):
     """Value and confidence of what track j says about agent k."""
-    belief, switches = floats2(world, F.track_belief)[j], floats1(world, F.defense_params)
-    mean, variance, held = mean_of(belief), variance_of(belief), flags2(world, F.held)[k, j]
-    value = mean if held else 1.0 - mean
-    if switches[CONFIDENCE] == BY_VARIANCE:
-        return value, (1.0 - variance) * (1.0 if held else _miss_weight(world, k, j))
-    weight = 1.0 if held else _miss_weight(world, k, j)
+    belief, held = world.trust.track_belief[j], world.evidence.held[k, j]
+    mean, variance = _mean(belief), _variance(belief)
+    value, weight = mean if held else 1.0 - mean, 1.0 if held else _miss_weight(world, k, j)
+    if world.trust.agent_confidence == BY_VARIANCE:
+        return value, (1.0 - variance) * weight
     return value, min(0.9999, max(1e-4, weight * (1.0 - 2.0 * math.sqrt(variance))))
 
 
-@compiled
+@kernel
 def _comes_first(world, k, j, other):
     """Of two PSMs of equal value: held tracks before the others, then by track id."""
-    held, track_id = flags2(world, F.held)[k], ints1(world, F.track_id)
+    held = world.evidence.held[k]
     if held[j] != held[other]:
         return held[j]
-    return track_id[j] < track_id[other]
+    return world.tracks.id[j] < world.tracks.id[other]
 
 
-@compiled
+@kernel
 def _conclude(world, listed):
     """The verdict: means and variances; a track is fit for publication while its trust is at least a half."""
-    columns, publish = ints1(world, F.listing), flags1(world, F.publish)
-    track, agent = floats2(world, F.track_belief), floats2(world, F.agent_belief)
+    trust, verdict = world.trust, world.verdict
     for c in range(listed):
-        j = columns[c]
-        floats1(world, F.track_trust)[j], floats1(world, F.track_trust_var)[j] = (
-            mean_of(track[j]),
-            variance_of(track[j]),
-        )
-        publish[j] = mean_of(track[j]) >= ACCEPT
-        ints1(world, F.belief_id)[j] = ints1(world, F.track_id)[j]  # known from now on
-    for k in range(shape0(world, F.agent_belief)):
-        floats1(world, F.agent_trust)[k], floats1(world, F.agent_trust_var)[k] = (
-            mean_of(agent[k]),
-            variance_of(agent[k]),
-        )
+        j = world.scratch.listing[c]
+        belief = trust.track_belief[j]
+        verdict.track_trust[j], verdict.track_trust_var[j] = _mean(belief), _variance(belief)
+        verdict.publish[j] = verdict.track_trust[j] >= ACCEPT
+        trust.track_id[j] = world.tracks.id[j]  # known from now on
+    for k in range(trust.agent_belief.shape[0]):
+        belief = trust.agent_belief[k]
+        verdict.agent_trust[k], verdict.agent_trust_var[k] = _mean(belief), _variance(belief)

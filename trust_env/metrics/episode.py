@@ -91,7 +91,7 @@ class EpisodeMetrics:
 
     def _update_tracks(self) -> None:
         a, n = self._worlds.arrays, self._worlds.num_worlds
-        w, j = np.nonzero(a.judged_confirmed)
+        w, j = np.nonzero(a.scored_confirmed)
         label, rejected, trust = a.track_label[w, j] >= 0, ~a.publish[w, j], a.track_trust[w, j]
         for is_target in (0, 1):
             of_kind = label == is_target

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from trust_env.metrics.point_sets import point_distances
+from trust_env.world.point_sets import point_distances
 
 
 class Gospa(NamedTuple):

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from trust_env.world.editing import INJECTION_ORIGIN
-from trust_env.world.fields import METRICS
+from trust_env.world.fields import FRAME_METRICS
+from trust_env.world.origin import FIRST_INJECTION
 from trust_env.world.tracking.score import CONFIRMED
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ def read_scene(env: TrustEnv) -> Scene:
         targets=_targets(env, judged=frame > 0),
         detections=_detections(env) if frame > 0 else [],
         tracks=_tracks(env),
-        metrics=dict(zip(METRICS, env.arrays.metrics[0].tolist(), strict=True)),
+        metrics=dict(zip(FRAME_METRICS, env.arrays.metrics[0].tolist(), strict=True)),
     )
 
 
@@ -146,11 +146,11 @@ def _extent(env: TrustEnv, agents: list[Agent]) -> tuple[float, float, float, fl
 def _targets(env: TrustEnv, judged: bool) -> list[Target]:
     a = env.arrays
     alive, state = (
-        (a.judged_alive[0], a.judged_state[0]) if judged else (a.target_alive[0], a.target_state[0])
+        (a.scored_alive[0], a.scored_state[0]) if judged else (a.target_alive[0], a.target_state[0])
     )
     shown = set(a.track_target[0, a.published[0]].tolist()) if judged else set()
     return [
-        Target(state[n, :2].copy(), bool(judged and a.judged_visible[0, n]), n in shown)
+        Target(state[n, :2].copy(), bool(judged and a.scored_visible[0, n]), n in shown)
         for n in np.flatnonzero(alive).tolist()
     ]
 
@@ -158,14 +158,14 @@ def _targets(env: TrustEnv, judged: bool) -> list[Target]:
 def _detections(env: TrustEnv) -> list[Detection]:
     a = env.arrays
     return [
-        Detection(k, _detection_kind(int(a.report_origin[0, k, d])), a.reports[0, k, d].copy())
+        Detection(k, _detection_kind(int(a.report_origin[0, k, d])), a.report_detections[0, k, d].copy())
         for k in range(len(env.possible_agents))
         for d in range(int(a.report_count[0, k]))
     ]
 
 
 def _detection_kind(origin: int) -> DetectionKind:
-    if origin <= INJECTION_ORIGIN:
+    if origin <= FIRST_INJECTION:
         return "injected"
     return "clutter" if origin < 0 else "honest"
 

@@ -14,20 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trust_env.compiled.jit import compiled, inlined
-from trust_env.world.fields import (
-    F,
-    flags1,
-    floats1,
-    floats2,
-    floats3,
-    ints1,
-    real,
-    shape0,
-    shape1,
-    singles2,
-    whole,
-)
+from trust_env.compiled.kernels import inlined, kernel
 from trust_env.world.tracking.score import CONFIRMED
 
 if TYPE_CHECKING:
@@ -175,8 +162,7 @@ class ObservationTable(Mapping[str, Field]):
         return "\n".join(rows)
 
 
-# --- kernels ------------------------------------------------------------------------------------------------
-# ------------------
+# --- kernels ---
 
 
 @inlined
@@ -184,152 +170,130 @@ def _clip(value):
     return np.float32(min(1.0, max(-1.0, value)))
 
 
-@compiled
+@inlined
+def _flag(value):
+    return np.float32(1.0) if value else np.float32(0.0)
+
+
+@kernel
 def observe(world):
     """Fill `observation[K, O]` for the frame that begins."""
-    at = ints1(world, F.observation_offset)
-    for k in range(shape0(world, F.pose)):
-        out = singles2(world, F.observation)[k]
-        _observe_own(world, k, out, at)
+    at = world.scales.offset
+    for k in range(world.agents.role.shape[0]):
+        out = world.players.observation[k]
+        _observe_own(world, k, out)
         if at[POSES] >= 0:
-            _observe_poses(world, out, at)
+            _observe_poses(world, out)
         if at[PICTURE] >= 0:
-            _observe_picture(world, out, at)
+            _observe_picture(world, out)
         if at[TRACKS] >= 0:
-            _observe_tracks(world, out, at)
+            _observe_tracks(world, out)
         if at[SHARED_DETECTIONS] >= 0:
-            _observe_shared(world, k, out, at)
+            _observe_shared(world, k, out)
 
 
-@compiled
-def _observe_own(world, k, out, at):
-    horizon = max(1, whole(world, F.horizon))
-    out[at[ROLE]] = ints1(world, F.role)[k]
-    out[at[TIME]] = _clip(whole(world, F.frame) / horizon)
+@kernel
+def _observe_own(world, k, out):
+    at, agents, raw, reports = world.scales.offset, world.agents, world.raw, world.reports
+    out[at[ROLE]] = agents.role[k]
+    out[at[TIME]] = _clip(world.clock.frame / max(1, world.parameters.horizon))
     _write_pose(world, k, out, at[POSE])
-    reach = REACH * floats1(world, F.fov_radius)[k]
-    pose = floats2(world, F.pose)[k]
-    raw, raw_count = floats3(world, F.raw_detections)[k], ints1(world, F.raw_count)[k]
-    _write_points(raw, raw_count, pose, reach, out, at[DETECTIONS], at[DETECTIONS_MASK])
-    report, report_count = floats3(world, F.reports)[k], ints1(world, F.report_count)[k]
-    _write_points(report, report_count, pose, reach, out, at[REPORT], at[REPORT_MASK])
+    pose, reach = agents.pose[k], REACH * agents.fov_radius[k]
+    _write_points(raw.detections[k], raw.count[k], pose, reach, out, at[DETECTIONS], at[DETECTIONS_MASK])
+    _write_points(reports.detections[k], reports.count[k], pose, reach, out, at[REPORT], at[REPORT_MASK])
 
 
-@compiled
+@kernel
 def _write_pose(world, k, out, at):
-    pose, centre, half = (
-        floats2(world, F.pose)[k],
-        floats1(world, F.extent_centre),
-        real(world, F.extent_half),
-    )
-    out[at], out[at + 1] = _clip((pose[0] - centre[0]) / half), _clip((pose[1] - centre[1]) / half)
-    out[at + 2], out[at + 3] = _clip(math.cos(pose[2])), _clip(math.sin(pose[2]))
+    _write_place(world, world.agents.pose[k], out, at)
+    heading = world.agents.pose[k, 2]
+    out[at + 2], out[at + 3] = _clip(math.cos(heading)), _clip(math.sin(heading))
 
 
-@compiled
+@inlined
+def _write_place(world, point, out, at):
+    """A position, scaled to the extent."""
+    scales = world.scales
+    out[at] = _clip((point[0] - scales.centre[0]) / scales.half)
+    out[at + 1] = _clip((point[1] - scales.centre[1]) / scales.half)
+
+
+@kernel
 def _write_points(points, count, centre, scale, out, at, mask):
     """Points `[D, 2]` relative to a centre, and their mask; zeros beyond `count`."""
     for d in range(points.shape[0]):
         there = d < count
         out[at + 2 * d] = _clip((points[d, 0] - centre[0]) / scale) if there else np.float32(0.0)
         out[at + 2 * d + 1] = _clip((points[d, 1] - centre[1]) / scale) if there else np.float32(0.0)
-        out[mask + d] = np.float32(1.0) if there else np.float32(0.0)
+        out[mask + d] = _flag(there)
 
 
-@compiled
-def _observe_poses(world, out, at):
-    half = real(world, F.extent_half)
-    for k in range(shape0(world, F.pose)):
+@kernel
+def _observe_poses(world, out):
+    at, agents = world.scales.offset, world.agents
+    for k in range(agents.role.shape[0]):
         _write_pose(world, k, out, at[POSES] + 4 * k)
         fov = at[FOVS] + 3 * k
-        out[fov] = _clip(floats1(world, F.fov_radius)[k] / half)
-        out[fov + 1] = _clip(floats1(world, F.fov_half_width)[k] / math.pi)
-        out[fov + 2] = _clip(floats1(world, F.fov_heading)[k] / math.pi)
+        out[fov] = _clip(agents.fov_radius[k] / world.scales.half)
+        out[fov + 1] = _clip(agents.fov_half_width[k] / math.pi)
+        out[fov + 2] = _clip(agents.fov_heading[k] / math.pi)
 
 
-@compiled
+@kernel
 def _write_track(world, j, out, at):
-    mean, centre = floats2(world, F.track_mean)[j], floats1(world, F.extent_centre)
-    half, speed = real(world, F.extent_half), real(world, F.speed_scale)
-    out[at], out[at + 1] = _clip((mean[0] - centre[0]) / half), _clip((mean[1] - centre[1]) / half)
+    mean, speed = world.tracks.mean[j], world.scales.speed
+    _write_place(world, mean, out, at)
     out[at + 2], out[at + 3] = _clip(mean[2] / speed), _clip(mean[3] / speed)
 
 
-@compiled
-def _observe_picture(world, out, at):
-    published, shown = flags1(world, F.published), 0
-    for j in range(whole(world, F.columns)):
+@kernel
+def _observe_picture(world, out):
+    at, published, shown = world.scales.offset, world.picture.published, 0
+    for j in range(world.tracks.count):
         if published[j]:
             _write_track(world, j, out, at[PICTURE] + 4 * shown)
             shown += 1
     for j in range(published.shape[0]):
-        out[at[PICTURE_MASK] + j] = np.float32(1.0) if j < shown else np.float32(0.0)
+        out[at[PICTURE_MASK] + j] = _flag(j < shown)
         if j >= shown:
             for axis in range(4):
                 out[at[PICTURE] + 4 * j + axis] = np.float32(0.0)
 
 
-@compiled
+@kernel
 def _write_trust(mean, variance, out, at):
     opinion = not math.isnan(mean)
     out[at] = _clip(mean) if opinion else np.float32(-1.0)
     out[at + 1] = _clip(variance) if opinion else np.float32(-1.0)
 
 
-@compiled
-def _observe_tracks(world, out, at):
-    status = ints1(world, F.track_status)
-    for j in range(status.shape[0]):
-        there = j < whole(world, F.columns) and status[j] != 0
-        if there:
+@kernel
+def _observe_tracks(world, out):
+    at, tracks, verdict = world.scales.offset, world.tracks, world.verdict
+    for j in range(tracks.status.shape[0]):
+        if j < tracks.count and tracks.status[j] != 0:
             _write_track(world, j, out, at[TRACKS] + 4 * j)
-            out[at[TRACKS_STATUS] + j] = np.float32(1.0) if status[j] == CONFIRMED else np.float32(0.5)
-            out[at[TRACKS_SCORE] + j] = _clip(floats1(world, F.track_score)[j] / SCORE_SCALE)
-            _write_trust(
-                floats1(world, F.track_trust)[j],
-                floats1(world, F.track_trust_var)[j],
-                out,
-                at[TRACKS_TRUST] + 2 * j,
-            )
+            out[at[TRACKS_STATUS] + j] = np.float32(1.0 if tracks.status[j] == CONFIRMED else 0.5)
+            out[at[TRACKS_SCORE] + j] = _clip(tracks.score[j] / SCORE_SCALE)
+            _write_trust(verdict.track_trust[j], verdict.track_trust_var[j], out, at[TRACKS_TRUST] + 2 * j)
         else:
             for axis in range(4):
                 out[at[TRACKS] + 4 * j + axis] = np.float32(0.0)
             out[at[TRACKS_STATUS] + j], out[at[TRACKS_SCORE] + j] = np.float32(0.0), np.float32(0.0)
             _write_trust(np.nan, np.nan, out, at[TRACKS_TRUST] + 2 * j)
-    for k in range(shape0(world, F.pose)):
-        _write_trust(
-            floats1(world, F.agent_trust)[k],
-            floats1(world, F.agent_trust_var)[k],
-            out,
-            at[AGENTS_TRUST] + 2 * k,
-        )
+    for k in range(world.agents.role.shape[0]):
+        _write_trust(verdict.agent_trust[k], verdict.agent_trust_var[k], out, at[AGENTS_TRUST] + 2 * k)
 
 
-@compiled
-def _observe_shared(world, k, out, at):
+@kernel
+def _observe_shared(world, k, out):
     """Detections and reports of the other adversaries, for an adversary."""
-    centre, half, role = floats1(world, F.extent_centre), real(world, F.extent_half), ints1(world, F.role)
-    slots = shape1(world, F.raw_origin)
+    at, role, raw, reports = world.scales.offset, world.agents.role, world.raw, world.reports
+    centre, half, slots = world.scales.centre, world.scales.half, raw.detections.shape[1]
     for other in range(role.shape[0]):
         allies = role[k] > 0 and role[other] > 0 and other != k
-        raw_count = ints1(world, F.raw_count)[other] if allies else 0
-        report_count = ints1(world, F.report_count)[other] if allies else 0
-        first, mask = 2 * slots * other, slots * other
-        _write_points(
-            floats3(world, F.raw_detections)[other],
-            raw_count,
-            centre,
-            half,
-            out,
-            at[SHARED_DETECTIONS] + first,
-            at[SHARED_DETECTIONS_MASK] + mask,
-        )
-        _write_points(
-            floats3(world, F.reports)[other],
-            report_count,
-            centre,
-            half,
-            out,
-            at[SHARED_REPORTS] + first,
-            at[SHARED_REPORTS_MASK] + mask,
-        )
+        seen, reported = raw.count[other] if allies else 0, reports.count[other] if allies else 0
+        points, mask = at[SHARED_DETECTIONS] + 2 * slots * other, at[SHARED_DETECTIONS_MASK] + slots * other
+        _write_points(raw.detections[other], seen, centre, half, out, points, mask)
+        points, mask = at[SHARED_REPORTS] + 2 * slots * other, at[SHARED_REPORTS_MASK] + slots * other
+        _write_points(reports.detections[other], reported, centre, half, out, points, mask)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
-from trust_env.spaces.observation import SCORE_SCALE
-
-if TYPE_CHECKING:
-    from trust_env.batch import Worlds
+from trust_env.spaces.observation import SCORE_SCALE, Scales
 
 
 class StateTable:
@@ -21,22 +19,18 @@ class StateTable:
     horizon. Scaled as observations are.
     """
 
-    def __init__(self, worlds: Worlds):
-        self._worlds, dims = worlds, worlds.pack.dims
-        self.shapes = {
-            "targets": (dims["N"], 5),
-            "tracks": (dims["J"], 7),
-            "agents": (dims["K"], 6),
-            "time": (1,),
-        }
+    def __init__(self, lengths: Mapping[str, int], scales: Scales, roles: np.ndarray, horizon: int):
+        self._scales, self._roles, self._horizon = scales, roles, horizon
+        n, j, k = lengths["N"], lengths["J"], lengths["K"]
+        self.shapes = {"targets": (n, 5), "tracks": (j, 7), "agents": (k, 6), "time": (1,)}
         self.slices, self.size = dict[str, slice](), 0
         for name, shape in self.shapes.items():
             self.slices[name] = slice(self.size, self.size + math.prod(shape))
             self.size += math.prod(shape)
 
-    def read(self, w: int) -> np.ndarray:
-        """The state of world w."""
-        a, scales = self._worlds.arrays, self._worlds.pack.observation.scales
+    def read(self, arrays: Any, w: int) -> np.ndarray:
+        """The state of world w of the worlds' arrays."""
+        a, scales = arrays, self._scales
         out = np.zeros(self.size)
         parts = {name: out[self.slices[name]].reshape(shape) for name, shape in self.shapes.items()}
         alive, tracked = a.target_alive[w], a.track_status[w] > 0
@@ -48,9 +42,9 @@ class StateTable:
         parts["tracks"][tracked, 4] = a.track_status[w, tracked] / 2
         parts["tracks"][tracked, 5] = a.track_score[w, tracked] / SCORE_SCALE
         parts["tracks"][tracked, 6] = np.nan_to_num(a.track_trust[w, tracked], nan=-1.0)
-        parts["agents"][:, 0] = self._worlds.roles
+        parts["agents"][:, 0] = self._roles
         parts["agents"][:, 1:3] = (a.pose[w, :, :2] - scales.centre) / scales.half
         parts["agents"][:, 3], parts["agents"][:, 4] = np.cos(a.pose[w, :, 2]), np.sin(a.pose[w, :, 2])
         parts["agents"][:, 5] = np.nan_to_num(a.agent_trust[w], nan=-1.0)
-        parts["time"][0] = a.frame[w, ...] / self._worlds.horizon
+        parts["time"][0] = a.frame[w] / self._horizon
         return np.clip(out, -1.0, 1.0).astype(np.float32)

@@ -1,77 +1,77 @@
-"""Step 1 of a frame: each agent's action edits its own raw detections, within its budget."""
+"""Step 1 of a frame: each agent's action edits its own raw detections, within its budget.
+
+`trust_env.spaces.action` says which entries of an action are injection slots [fire, x, y] and which suppress.
+"""
 
 from __future__ import annotations
 
-from trust_env.compiled.jit import compiled
-from trust_env.world.fields import F, floats2, floats3, ints1, ints2, shape0, shape1
+from trust_env.compiled.kernels import inlined, kernel
 from trust_env.world.fov import move_inside
-from trust_env.world.sensing import FULL_DETECTIONS, FULL_INJECTIONS
-
-INJECTION_ORIGIN = -2  # `report_origin` of injection slot m is INJECTION_ORIGIN - m
+from trust_env.world.origin import FIRST_INJECTION
 
 
-@compiled
+@kernel
 def edit_reports(world):
     """Reports of all agents: honest detections that are not suppressed, in list order, then injections by
     slot.
     """
-    for k in range(shape0(world, F.pose)):
+    reports = world.reports
+    for k in range(reports.count.shape[0]):
         injections = _count_injections(world, k)
-        kept = _keep_honest(world, k, shape1(world, F.reports) - injections)
-        ints1(world, F.report_count)[k] = _inject(world, k, kept, injections)
+        kept = _keep_honest(world, k, reports.detections.shape[1] - injections)
+        reports.count[k] = _inject(world, k, kept, injections)
 
 
-@compiled
+@kernel
 def _count_injections(world, k):
     """How many injection slots fire and fit."""
-    action, fired = floats2(world, F.action)[k], 0
-    for m in range(ints1(world, F.injection_budget)[k]):
-        fired += action[3 * m] > 0.0
-    capacity = shape1(world, F.reports)
+    action, capacity, fired = world.players.action[k], world.reports.detections.shape[1], 0
+    for m in range(world.agents.injection_budget[k]):
+        fired += action[_slot(world, m)] > 0.0
     if fired > capacity:
-        ints1(world, F.overflow)[FULL_INJECTIONS] += fired - capacity
+        world.overflow.injections += fired - capacity
         return capacity
     return fired
 
 
-@compiled
+@inlined
+def _slot(world, m):
+    """The entry of an action where injection slot m begins: fire, x, y."""
+    return world.players.slots_at + world.players.slot_length * m
+
+
+@kernel
 def _keep_honest(world, k, room):
     """Copy the detections that are not suppressed, as many as there is room for; the farthest do not fit."""
-    action, raw, origin = (
-        floats2(world, F.action)[k],
-        floats3(world, F.raw_detections)[k],
-        ints2(world, F.raw_origin)[k],
-    )
-    report, report_origin = floats3(world, F.reports)[k], ints2(world, F.report_origin)[k]
-    first = action.shape[0] - raw.shape[0]
-    budget, kept = ints1(world, F.suppression_budget)[k], 0
-    for d in range(ints1(world, F.raw_count)[k]):
-        if d < budget and action[first + d] > 0.0:
+    suppress, raw, reports = world.players.action[k, world.players.suppressions_at :], world.raw, world.reports
+    kept = 0
+    for d in range(raw.count[k]):
+        if d < world.agents.suppression_budget[k] and suppress[d] > 0.0:
             continue
         if kept == room:
-            ints1(world, F.overflow)[FULL_DETECTIONS] += 1
+            world.overflow.detections += 1
             continue
-        report[kept, 0], report[kept, 1], report_origin[kept] = raw[d, 0], raw[d, 1], origin[d]
+        for axis in range(2):
+            reports.detections[k, kept, axis] = raw.detections[k, d, axis]
+        reports.origin[k, kept] = raw.origin[k, d]
         kept += 1
     return kept
 
 
-@compiled
+@kernel
 def _inject(world, k, count, injections):
     """Append the injections that fire; actions are scaled to the FOV's bounding box, and end inside the
     FOV.
     """
-    action, box = floats2(world, F.action)[k], floats2(world, F.fov_box)[k]
-    report, report_origin = floats3(world, F.reports)[k], ints2(world, F.report_origin)[k]
-    left = injections
-    for m in range(ints1(world, F.injection_budget)[k]):
-        if action[3 * m] > 0.0 and left > 0:
-            u = 0.5 + 0.5 * min(1.0, max(-1.0, action[3 * m + 1]))
-            v = 0.5 + 0.5 * min(1.0, max(-1.0, action[3 * m + 2]))
-            report[count, 0], report[count, 1] = move_inside(
-                world, k, box[0] + u * (box[1] - box[0]), box[2] + v * (box[3] - box[2])
-            )
-            report_origin[count] = INJECTION_ORIGIN - m
+    action, box, reports, left = world.players.action[k], world.agents.fov_box[k], world.reports, injections
+    for m in range(world.agents.injection_budget[k]):
+        fire = _slot(world, m)
+        if action[fire] > 0.0 and left > 0:
+            u = 0.5 + 0.5 * min(1.0, max(-1.0, action[fire + 1]))
+            v = 0.5 + 0.5 * min(1.0, max(-1.0, action[fire + 2]))
+            x, y = box[0] + u * (box[1] - box[0]), box[2] + v * (box[3] - box[2])
+            reports.detections[k, count, 0], reports.detections[k, count, 1] = move_inside(world, k, x, y)
+            reports.origin[k, count] = FIRST_INJECTION - m
             count += 1
             left -= 1
     return count

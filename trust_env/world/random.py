@@ -13,8 +13,9 @@ from collections import namedtuple
 
 import numpy as np
 
-from trust_env.compiled.jit import Entry, compiled, inlined
-from trust_env.world.fields import F, whole
+from trust_env.compiled.entry import Entry
+from trust_env.compiled.kernels import inlined, kernel
+from trust_env.compiled.structs import floats_at, ints_at
 
 # Streams: the high byte of the counter's first word. 8 bits of stream, 24 bits of index.
 TARGET_START, TARGET_MOTION, TARGET_LIFE, DETECTION, CLUTTER_COUNT, CLUTTER, PLACEMENT, POLICY = range(8)
@@ -33,12 +34,8 @@ def philox(c0, c1, c2, c3, k0, k1):
     """Philox4x32-10: four 32-bit words (as uint64) from a counter of four and a key of two."""
     for _ in range(10):
         product0, product1 = _M0 * c0, _M1 * c2
-        c0, c1, c2, c3 = (
-            (product1 >> _SHIFT) ^ c1 ^ k0,
-            product1 & _LOW,
-            (product0 >> _SHIFT) ^ c3 ^ k1,
-            product0 & _LOW,
-        )
+        c1, c3 = (product1 >> _SHIFT) ^ c1 ^ k0, (product0 >> _SHIFT) ^ c3 ^ k1
+        c0, c1, c2, c3 = c1, product1 & _LOW, c3, product0 & _LOW
         k0, k1 = (k0 + _W0) & _LOW, (k1 + _W1) & _LOW
     return c0, c1, c2, c3
 
@@ -49,7 +46,7 @@ def _unit(high, low):
     return (np.float64(high >> np.uint64(5)) * 67108864.0 + np.float64(low >> np.uint64(6))) / _TWO_53
 
 
-@compiled
+@kernel
 def words(key, stream, frame, index):
     """Four independent words of 32 bits (as uint64)."""
     seed = np.uint64(key.seed)
@@ -63,14 +60,14 @@ def words(key, stream, frame, index):
     )
 
 
-@compiled
+@kernel
 def uniform_pair(key, stream, frame, index):
     """Two independent U[0, 1) draws."""
     w0, w1, w2, w3 = words(key, stream, frame, index)
     return _unit(w0, w1), _unit(w2, w3)
 
 
-@compiled
+@kernel
 def uniform(key, stream, frame, index):
     """One U[0, 1) draw."""
     return uniform_pair(key, stream, frame, index)[0]
@@ -109,7 +106,7 @@ def _polynomial(coefficients, x):
     return value
 
 
-@compiled
+@kernel
 def normal(word):
     """A N(0, 1) draw from 32 random bits, by inversion: Φ⁻¹ to 16 digits (Wichura 1988, AS 241).
 
@@ -123,7 +120,7 @@ def normal(word):
     return math.copysign(_polynomial(_TAIL_ABOVE, r) / _polynomial(_TAIL_BELOW, r), q)
 
 
-@compiled
+@kernel
 def poisson(mean, u):
     """Poisson draw by inversion of one uniform `u` (Devroye 1986, X.3)."""
     if mean <= 0.0:
@@ -140,14 +137,15 @@ def poisson(mean, u):
 @inlined
 def key_of(world):
     """The key of a world's present episode."""
-    return Key(whole(world, F.seed), whole(world, F.world_id), whole(world, F.episode))
+    return Key(world.clock.seed, world.clock.world_id, world.clock.episode)
 
 
-def _uniforms(seed, worlds, episodes, stream, frames, first, out):
-    for w in range(out.shape[0]):
-        key = Key(seed, worlds[w], episodes[w])
-        for index in range(out.shape[1]):
-            out[w, index] = uniform(key, stream, frames[w], first + index)
+def _uniforms(seed, worlds, episodes, stream, frames, first, rows, count, out):
+    for w in range(rows):
+        key = Key(seed, ints_at(worlds, rows)[w], ints_at(episodes, rows)[w])
+        frame, draws = ints_at(frames, rows)[w], floats_at(out + 8 * count * w, count)
+        for index in range(count):
+            draws[index] = uniform(key, stream, frame, first + index)
 
 
 _fill_uniforms = Entry(_uniforms)
@@ -158,6 +156,10 @@ def uniforms(seed: int, worlds, episodes, stream: int, frames, count: int, first
     + index).
     """
     columns = [np.ascontiguousarray(a, dtype=np.int64) for a in (worlds, episodes, frames)]
-    out = np.empty((len(columns[0]), count))
-    _fill_uniforms(np.int64(seed), columns[0], columns[1], np.int64(stream), columns[2], np.int64(first), out)
+    rows = len(columns[0])
+    if any(column.shape != (rows,) for column in columns):
+        raise ValueError(f"worlds, episodes and frames must be as long as each other; got {columns}")
+    out = np.empty((rows, count))
+    w, e, f, to = (array.ctypes.data for array in (*columns, out))
+    _fill_uniforms(int(seed), w, e, int(stream), f, int(first), rows, int(count), to)
     return out

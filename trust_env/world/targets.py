@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import math
 
-from trust_env.compiled.jit import compiled
-from trust_env.world.fields import F, flags1, floats1, floats2, floats3, real, shape0, whole
+from trust_env.compiled.kernels import kernel
 from trust_env.world.random import (
     TARGET_LIFE,
     TARGET_MOTION,
@@ -20,96 +19,95 @@ from trust_env.world.random import (
     words,
 )
 
-DRAWN, FIXED, RECORDED = 0, 1, 2
+DRAWN, FIXED, RECORDED = range(3)  # `source`: where targets come from
 
 
-@compiled
+@kernel
 def place_targets(world):
     """Put every target where the episode starts (frame 0)."""
-    alive, state = flags1(world, F.target_alive), floats2(world, F.target_state)  # [N], [N, 4]
-    start = floats2(world, F.start_state)  # [N, 4]
-    key, source = key_of(world), whole(world, F.target_source)
-    for n in range(alive.shape[0]):
-        if source == RECORDED:
+    targets, key = world.targets, key_of(world)
+    for n in range(targets.alive.shape[0]):
+        if targets.source == RECORDED:
             _follow_record(world, n, 0)
-        elif source == FIXED:
-            alive[n] = True
+        elif targets.source == FIXED:
+            targets.alive[n] = True
             for axis in range(4):
-                state[n, axis] = start[n, axis]
-            if math.isnan(start[n, 2]):  # the scenario gives no velocities
+                targets.state[n, axis] = targets.start_state[n, axis]
+            if math.isnan(targets.start_state[n, 2]):  # the scenario gives no velocities
                 _draw_velocity(world, key, 0, n)
         else:
-            alive[n] = uniform(key, TARGET_LIFE, 0, n) < real(world, F.initial_probability)
+            targets.alive[n] = uniform(key, TARGET_LIFE, 0, n) < targets.initial_probability
             _draw_start(world, key, 0, n)
 
 
-@compiled
-def _draw_start(world, key, frame, n):
-    """A uniform position in the area, a uniform heading, a uniform speed."""
-    area, state = floats1(world, F.area), floats2(world, F.target_state)
-    u, v = uniform_pair(key, TARGET_START, frame, 2 * n)
-    state[n, 0], state[n, 1] = area[0] + u * (area[1] - area[0]), area[2] + v * (area[3] - area[2])
-    _draw_velocity(world, key, frame, n)
-
-
-@compiled
-def _draw_velocity(world, key, frame, n):
-    state, speed = floats2(world, F.target_state), floats1(world, F.speed)
-    u, v = uniform_pair(key, TARGET_START, frame, 2 * n + 1)
-    rate = speed[0] + u * (speed[1] - speed[0])
-    state[n, 2], state[n, 3] = rate * math.cos(2.0 * math.pi * v), rate * math.sin(2.0 * math.pi * v)
-
-
-@compiled
-def _follow_record(world, n, frame):
-    """Target n as recorded in a frame; absent (NaN) where the recording has a gap."""
-    record = floats3(world, F.record)  # [T, N, 4]
-    alive, state = flags1(world, F.target_alive), floats2(world, F.target_state)
-    alive[n] = frame < record.shape[0] and not math.isnan(record[min(frame, record.shape[0] - 1), n, 0])
-    for axis in range(4):
-        state[n, axis] = record[frame, n, axis] if alive[n] else 0.0
-
-
-@compiled
-def move_targets(world, frame):
-    """Step 5 of a frame: targets move, leave and are born; `frame` is the one that begins."""
-    source = whole(world, F.target_source)
-    for n in range(shape0(world, F.target_alive)):
-        if source == RECORDED:
+@kernel
+def move_targets(world):
+    """A new frame begins: targets move, leave and are born."""
+    world.clock.frame += 1
+    targets, frame = world.targets, world.clock.frame
+    for n in range(targets.alive.shape[0]):
+        if targets.source == RECORDED:
             _follow_record(world, n, frame)
-        elif source == FIXED:
+        elif targets.source == FIXED:
             _drift(world, key_of(world), frame, n)
         else:
             _live(world, frame, n)
 
 
-@compiled
+@kernel
+def _draw_start(world, key, frame, n):
+    """A uniform position in the area, a uniform heading, a uniform speed."""
+    state, area = world.targets.state[n], world.targets.area
+    u, v = uniform_pair(key, TARGET_START, frame, 2 * n)
+    state[0], state[1] = area[0] + u * (area[1] - area[0]), area[2] + v * (area[3] - area[2])
+    _draw_velocity(world, key, frame, n)
+
+
+@kernel
+def _draw_velocity(world, key, frame, n):
+    state, speed = world.targets.state[n], world.targets.speed
+    u, v = uniform_pair(key, TARGET_START, frame, 2 * n + 1)
+    rate = speed[0] + u * (speed[1] - speed[0])
+    state[2], state[3] = rate * math.cos(2.0 * math.pi * v), rate * math.sin(2.0 * math.pi * v)
+
+
+@kernel
+def _follow_record(world, n, frame):
+    """Target n as recorded in a frame; absent (NaN) where the recording has a gap."""
+    targets, frames = world.targets, world.targets.record.shape[0]
+    there = frame < frames and not math.isnan(targets.record[min(frame, frames - 1), n, 0])
+    targets.alive[n] = there
+    for axis in range(4):
+        targets.state[n, axis] = targets.record[frame, n, axis] if there else 0.0
+
+
+@kernel
 def _live(world, frame, n):
-    alive, state, area = flags1(world, F.target_alive), floats2(world, F.target_state), floats1(world, F.area)
-    key = key_of(world)
+    targets, area, key = world.targets, world.targets.area, key_of(world)
     u = uniform(key, TARGET_LIFE, frame, n)
-    if not alive[n]:
-        if u < real(world, F.birth_rate):
-            alive[n] = True
+    if not targets.alive[n]:
+        if u < targets.birth_rate:
+            targets.alive[n] = True
             _draw_start(world, key, frame, n)
         return
     _drift(world, key, frame, n)
-    inside = area[0] <= state[n, 0] <= area[1] and area[2] <= state[n, 1] <= area[3]
-    alive[n] = inside and u >= real(world, F.death_rate)
+    x, y = targets.state[n, 0], targets.state[n, 1]
+    inside = area[0] <= x <= area[1] and area[2] <= y <= area[3]
+    targets.alive[n] = inside and u >= targets.death_rate
 
 
-@compiled
+@kernel
 def _drift(world, key, frame, n):
     """Constant velocity with white-noise acceleration of density q (Bar-Shalom, Li & Kirubarajan 2001, Sec.
     6.2.2).
     """
-    state, dt, q = floats2(world, F.target_state), real(world, F.dt), real(world, F.target_noise)
+    state, dt, q = world.targets.state[n], world.clock.dt, world.targets.process_noise
     for axis in range(2):
-        state[n, axis] += dt * state[n, 2 + axis]
+        state[axis] += dt * state[2 + axis]
     if q > 0.0:
-        push, slip = math.sqrt(q * dt), math.sqrt(q * dt * dt * dt / 12.0)
+        velocity_std, position_std = math.sqrt(q * dt), math.sqrt(q * dt * dt * dt / 12.0)
         w0, w1, w2, w3 = words(key, TARGET_MOTION, frame, n)
         for axis in range(2):
-            kick = push * normal(w0 if axis == 0 else w2)
-            state[n, axis] += 0.5 * dt * kick + slip * normal(w1 if axis == 0 else w3)
-            state[n, 2 + axis] += kick
+            dv = velocity_std * normal(w0 if axis == 0 else w2)
+            state[axis] += 0.5 * dt * dv + position_std * normal(w1 if axis == 0 else w3)
+            state[2 + axis] += dv

@@ -1,10 +1,11 @@
-"""Constant-velocity Kalman filter with position measurements, on arrays in place. State `[x, y, vx, vy]`, H =
-[I 0].
+"""Constant-velocity Kalman filter with position measurements, on arrays in place.
+
+The state is `[x, y, vx, vy]`, H = [I 0].
 """
 
 from __future__ import annotations
 
-from trust_env.compiled.jit import compiled, inlined
+from trust_env.compiled.kernels import inlined, kernel
 
 
 @inlined
@@ -19,12 +20,8 @@ def predict(mean, cov, dt, q):
     a00 = cov[0, 0] + dt * (b00 + b00) + dt * dt * c00 + q * dt * dt * dt / 3.0
     a01 = cov[0, 1] + dt * (b01 + b10) + dt * dt * c01
     a11 = cov[1, 1] + dt * (b11 + b11) + dt * dt * c11 + q * dt * dt * dt / 3.0
-    b00, b01, b10, b11 = (
-        b00 + dt * c00 + q * dt * dt / 2.0,
-        b01 + dt * c01,
-        b10 + dt * c01,
-        b11 + dt * c11 + q * dt * dt / 2.0,
-    )
+    b00, b01 = b00 + dt * c00 + q * dt * dt / 2.0, b01 + dt * c01
+    b10, b11 = b10 + dt * c01, b11 + dt * c11 + q * dt * dt / 2.0
     mean[0], mean[1] = mean[0] + dt * mean[2], mean[1] + dt * mean[3]
     cov[0, 0], cov[0, 1], cov[0, 2], cov[0, 3] = a00, a01, b00, b01
     cov[1, 0], cov[1, 1], cov[1, 2], cov[1, 3] = a01, a11, b10, b11
@@ -69,7 +66,7 @@ def update(mean, cov, dx, dy, ixx, ixy, iyy):
     cov[2, 3] = cov[3, 2] = p32 - (k20 * p30 + k21 * p31)
 
 
-@compiled
+@kernel
 def start(mean, cov, x, y, noise, weight, velocity_variance):
     """A new track on one detection: position variance R/w, velocity 0 with the given variance, (m/s)²."""
     for a in range(4):

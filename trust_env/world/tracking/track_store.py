@@ -2,165 +2,139 @@
 its column for life.
 
 A tracker is named by a number: CENTRAL (-1) is the centre's, k ≥ 0 is agent k's own. All columns from
-`n_columns` on are empty.
+`tracks.count` on are empty.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from trust_env.compiled.jit import compiled, inlined
-from trust_env.world.fields import (
-    F,
-    floats1,
-    floats2,
-    floats3,
-    floats4,
-    ints1,
-    ints2,
-    real,
-    tracker_flags1,
-    tracker_floats1,
-    tracker_floats2,
-    tracker_floats3,
-    tracker_ints1,
-    whole,
-)
-from trust_env.world.sensing import DROPPED_BIRTHS, EVICTED_TRACKS
+from trust_env.compiled.kernels import kernel
+from trust_env.compiled.structs import CENTRAL
+from trust_env.world.fields import tracks_of
+from trust_env.world.origin import is_injection
 from trust_env.world.tracking import kalman
 from trust_env.world.tracking.association import NONE
-from trust_env.world.tracking.score import TENTATIVE
+from trust_env.world.tracking.score import CONFIRMED, TENTATIVE
 
 EMPTY = 0
-CENTRAL = -1
-GAVE_WAY = -2  # `scan_assignment` of a detection whose track gave way to a newer one
+EVICTED = -2  # `scan.assignment` of a detection whose track has given way to a newer one
 
 
-@inlined
-def n_columns(world, tracker):
-    return ints1(world, F.columns)[tracker + 1]
-
-
-@compiled
+@kernel
 def clear_store(world, tracker):
     """No tracks; ids begin at 0."""
-    ids, status, doomed = _identity(world, tracker)
-    ints1(world, F.columns)[tracker + 1], ints1(world, F.next_id)[tracker + 1] = 0, 0
-    for j in range(ids.shape[0]):
-        ids[j], status[j], doomed[j] = NONE, EMPTY, False
+    tracks = tracks_of(world, tracker)
+    tracks.count, tracks.next_id = 0, 0
+    for j in range(tracks.id.shape[0]):
+        tracks.id[j], tracks.status[j], tracks.to_delete[j] = NONE, EMPTY, False
 
 
-@inlined
-def _identity(world, tracker):
-    return (
-        tracker_ints1(world, tracker, F.track_id),
-        tracker_ints1(world, tracker, F.track_status),
-        tracker_flags1(world, tracker, F.track_doomed),
-    )
-
-
-@compiled
+@kernel
 def start_track(world, tracker, k, weight, d):
     """A new track on detection d of agent k, in the lowest empty column."""
     j = _free_column(world, tracker)
     if j == NONE:
-        ints1(world, F.overflow)[DROPPED_BIRTHS] += 1
+        world.overflow.dropped_births += 1
         return
-    mean, cov = tracker_floats2(world, tracker, F.track_mean), tracker_floats3(world, tracker, F.track_cov)
-    noise, spread = floats3(world, F.noise_cov)[k], real(world, F.velocity_variance)
-    point, initial = floats3(world, F.reports)[k, d], floats1(world, F.initial_score)[k]
-    kalman.start(mean[j], cov[j], point[0], point[1], noise, weight, spread)
-    ids, status, doomed = _identity(world, tracker)
-    next_id, columns = ints1(world, F.next_id), ints1(world, F.columns)
-    ids[j], status[j], doomed[j] = next_id[tracker + 1], TENTATIVE, False
-    next_id[tracker + 1] += 1
-    columns[tracker + 1] = max(columns[tracker + 1], j + 1)
-    tracker_floats1(world, tracker, F.track_score)[j] = initial
-    tracker_floats1(world, tracker, F.track_initial)[j] = initial
-    tracker_floats1(world, tracker, F.track_peak)[j] = -np.inf
-    tracker_ints1(world, tracker, F.track_age)[j] = 0
-    tracker_ints1(world, tracker, F.track_unseen)[j] = 0
-    tracker_ints1(world, tracker, F.track_hits)[j] = 1
-    tracker_ints1(world, tracker, F.track_window)[j] = 0
-    tracker_flags1(world, tracker, F.track_hit_now)[j] = True
+    tracks, agents = tracks_of(world, tracker), world.agents
+    point, spread = world.reports.detections[k, d], world.parameters.velocity_variance
+    kalman.start(tracks.mean[j], tracks.cov[j], point[0], point[1], agents.noise_cov[k], weight, spread)
+    tracks.id[j], tracks.status[j], tracks.to_delete[j] = tracks.next_id, TENTATIVE, False
+    tracks.next_id += 1
+    tracks.count = max(tracks.count, j + 1)
+    tracks.score[j], tracks.initial[j], tracks.peak[j] = agents.initial_score[k], agents.initial_score[k], -np.inf
+    tracks.age[j], tracks.unseen[j], tracks.window[j] = 0, 0, 0
+    tracks.hits[j], tracks.hit_now[j] = 1, True
     if tracker == CENTRAL:
         _credit_birth(world, k, j, d)
 
 
-@compiled
+@kernel
 def _free_column(world, tracker):
-    """The lowest empty column; in a full store that of the lowest-scored tentative track, which is dropped;
-    -1 if there is none.
+    """The lowest empty column; in a full store that of the lowest-scored tentative track, which is evicted; NONE
+    if there is none.
 
     Of equal scores (all tracks born in one frame have theirs from L_0) the oldest gives way, whatever its
     column.
     """
-    ids, status, _ = _identity(world, tracker)
-    score = tracker_floats1(world, tracker, F.track_score)
-    weakest, low = NONE, np.inf
-    for j in range(status.shape[0]):
-        if status[j] == EMPTY:
+    tracks, weakest, low = tracks_of(world, tracker), NONE, np.inf
+    for j in range(tracks.status.shape[0]):
+        if tracks.status[j] == EMPTY:
             return j
-        if status[j] == TENTATIVE and (score[j] < low or (score[j] == low and ids[j] < ids[weakest])):
-            weakest, low = j, score[j]
+        older = weakest != NONE and tracks.score[j] == low and tracks.id[j] < tracks.id[weakest]
+        if tracks.status[j] == TENTATIVE and (tracks.score[j] < low or older):
+            weakest, low = j, tracks.score[j]
     if weakest != NONE:
-        ints1(world, F.overflow)[EVICTED_TRACKS] += 1
+        world.overflow.evicted_tracks += 1
         _forget_assignments(world, tracker, weakest)
     return weakest
 
 
-@compiled
+@kernel
 def _forget_assignments(world, tracker, j):
-    """No detection of this frame may point to the track that just gave way."""
-    assignment, of_scan = ints2(world, F.assignment), ints1(world, F.scan_assignment)
-    for d in range(of_scan.shape[0]):
-        if of_scan[d] == j:
-            of_scan[d] = GAVE_WAY  # it had a track, so it starts none
+    """No detection of this frame may point to the track that was evicted."""
+    scan, evidence = world.scan, world.evidence
+    for d in range(scan.assignment.shape[0]):
+        if scan.assignment[d] == j:
+            scan.assignment[d] = EVICTED  # it had a track, so it starts none
     if tracker == CENTRAL:
-        for k in range(assignment.shape[0]):
-            for d in range(ints1(world, F.report_count)[k]):
-                if assignment[k, d] == j:
-                    assignment[k, d] = NONE
+        for k in range(evidence.assignment.shape[0]):
+            for d in range(world.reports.count[k]):
+                if evidence.assignment[k, d] == j:
+                    evidence.assignment[k, d] = NONE
 
 
-@compiled
+@kernel
 def _credit_birth(world, k, j, d):
     """Who contributed what to a new central track."""
-    agent_score = floats2(world, F.agent_score)
-    for other in range(agent_score.shape[0]):
-        agent_score[other, j] = 0.0
-        if whole(world, F.full_evidence):
+    evidence = world.evidence
+    for other in range(evidence.agent_score.shape[0]):
+        evidence.agent_score[other, j] = 0.0
+        if world.parameters.keep_innovations:
             clear_innovation(world, other, j)
-    agent_score[k, j] = floats1(world, F.initial_score)[k]
-    floats1(world, F.scan_gain)[j] = 0.0
-    ints1(world, F.track_injected_hits)[j] = int(ints2(world, F.report_origin)[k, d] <= -2)
+    evidence.agent_score[k, j] = world.agents.initial_score[k]
+    world.scan.gain[j] = 0.0
+    world.labels.injected_hits[j] = int(is_injection(world.reports.origin[k, d]))
 
 
-@compiled
+@kernel
 def clear_innovation(world, k, j):
     """Agent k has not hit track j in this frame."""
-    innovation, cov = floats3(world, F.innovation), floats4(world, F.innovation_cov)
+    evidence = world.evidence
     for a in range(2):
-        innovation[k, j, a] = np.nan
+        evidence.innovation[k, j, a] = np.nan
         for b in range(2):
-            cov[k, j, a, b] = np.nan
-    floats2(world, F.distance2)[k, j] = np.nan
+            evidence.innovation_cov[k, j, a, b] = np.nan
+    evidence.distance2[k, j] = np.nan
 
 
-@compiled
+@kernel
 def drop_track(world, tracker, j):
     """Empty a column."""
-    ids, status, doomed = _identity(world, tracker)
-    columns = ints1(world, F.columns)
-    ids[j], status[j], doomed[j] = NONE, EMPTY, False
-    while columns[tracker + 1] > 0 and status[columns[tracker + 1] - 1] == EMPTY:
-        columns[tracker + 1] -= 1
+    tracks = tracks_of(world, tracker)
+    tracks.id[j], tracks.status[j], tracks.to_delete[j] = NONE, EMPTY, False
+    while tracks.count > 0 and tracks.status[tracks.count - 1] == EMPTY:
+        tracks.count -= 1
 
 
-@compiled
-def drop_doomed(world, tracker):
+@kernel
+def delete_marked(world, tracker):
     """Empty the columns of the tracks that are to be deleted."""
-    _, status, doomed = _identity(world, tracker)
-    for j in range(n_columns(world, tracker) - 1, -1, -1):
-        if status[j] != EMPTY and doomed[j]:
+    tracks = tracks_of(world, tracker)
+    for j in range(tracks.count - 1, -1, -1):
+        if tracks.status[j] != EMPTY and tracks.to_delete[j]:
             drop_track(world, tracker, j)
+
+
+@kernel
+def list_confirmed(world):
+    """List in `scratch.listing` the central columns of confirmed tracks that are not to be deleted; returns how
+    many.
+    """
+    tracks, listed = world.tracks, 0
+    for j in range(tracks.count):
+        if tracks.status[j] == CONFIRMED and not tracks.to_delete[j]:
+            world.scratch.listing[listed] = j
+            listed += 1
+    return listed

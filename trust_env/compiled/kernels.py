@@ -1,50 +1,36 @@
-"""How kernels are compiled: of fast-math only what keeps `isnan` and the order of sums (fused multiply-add,
-reciprocals), without Python errors inside, releasing the interpreter lock.
+"""How a kernel is declared. A kernel is compiled, and kept on disk, as part of the entries that call it.
+
+Three things keep the first start short. Constant arguments make no versions of their own; nothing is generated
+for calls from Python; and a kernel is only translated here, to be optimised once with the whole entry that it
+is linked into. An index counts from the start only: -1 is out of range, not the last.
 """
 
 from __future__ import annotations
 
 import gc
-import hashlib
-import sys
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from pathlib import Path
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numba
 from llvmlite.binding import Linkage
-from numba.core import config
 from numba.core.codegen import JITCodeLibrary
 from numba.core.registry import cpu_target
 from numba.core.targetconfig import TargetConfig
 from numba.core.types import unliteral
 from numba.cpython import slicing
 
-OPTIONS: dict[str, Any] = {
-    "fastmath": {"contract", "arcp"},
-    "nogil": True,
-    "error_model": "numpy",
-    "no_cfunc_wrapper": True,
-    "_nrt": False,
-}
-_CONFIG: Any = config
-JIT_OFF, BOUNDSCHECK = bool(_CONFIG.DISABLE_JIT), bool(_CONFIG.BOUNDSCHECK)
+from trust_env.compiled.mode import _CONFIG, INTERPRETED, OPTIONS, PLAIN
 
 
-def compiled(function: Any, inlined: bool = False) -> Any:
-    """A kernel that other kernels call; it is compiled, and cached, as part of them.
-
-    Three things keep the first start short. Constant arguments make no versions of their own; nothing is
-    generated for calls from Python; and a kernel is only translated here, to be optimised once with the whole
-    entry that it is linked into. An index counts from the start only: -1 is out of range, not the last.
-    """
-    options: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True, "forceinline": inlined}
-    kernel = numba.njit(**options)(function)
-    if JIT_OFF:
-        return kernel
-    resolve = kernel.get_call_template
+def kernel(function: Callable[..., Any], inline: bool = False) -> Any:
+    """A function that kernels and entries call."""
+    if INTERPRETED:
+        return numba.njit(function)
+    if PLAIN:
+        return numba.njit(**OPTIONS)(function)
+    compiled: Any = numba.njit(**OPTIONS, no_cpython_wrapper=True, forceinline=inline)(function)
+    resolve = compiled.get_call_template
 
     def get_call_template(args: Any, kws: Any) -> Any:
         with _linking_only():
@@ -52,13 +38,26 @@ def compiled(function: Any, inlined: bool = False) -> Any:
                 tuple(map(unliteral, args)), {name: unliteral(value) for name, value in kws.items()}
             )
 
-    kernel.get_call_template = get_call_template
-    return kernel
+    compiled.get_call_template = get_call_template
+    return compiled
 
 
-def inlined(function: Any) -> Any:
+def inlined(function: Callable[..., Any]) -> Any:
     """A small kernel that is copied into those that call it: a call costs as much as its few lines."""
-    return compiled(function, inlined=True)
+    return kernel(function, inline=True)
+
+
+def choose(kernels: Sequence[Any]) -> Any:
+    """A kernel `(number, world)` that runs the kernel of that number; of any other number none.
+
+    Its source is written here, as there is no loop over kernels for the compiler; a chain of kernels, each of which
+    calls the next, takes it a fifth longer.
+    """
+    lines = [f"    if number == {number}:\n        kernel_{number}(world)\n" for number in range(len(kernels))]
+    names: dict[str, Any] = {f"kernel_{number}": kernel for number, kernel in enumerate(kernels)}
+    exec("def choose(number, world):\n" + "".join(lines or ["    pass\n"]), names)
+    names["choose"].__module__ = __name__
+    return kernel(names["choose"])
 
 
 class _LinkOnlyLibrary(JITCodeLibrary):
@@ -137,27 +136,10 @@ def _linking_only() -> Iterator[None]:
         codegen._library_class, codegen.set_env, slicing.fix_index = outer
 
 
-_PACKAGE = Path(__file__).resolve().parents[1]
-
-
-def source_stamp() -> str:
-    """One hash over all sources that kernels are made of.
-
-    Numba looks at a kernel's own file only when it decides whether its cache is fresh; an edited callee would
-    go unnoticed, and so would NUMBA_BOUNDSCHECK.
-    """
-    digest = hashlib.sha256(f"{numba.__version__} {_CONFIG.BOUNDSCHECK}".encode())
-    homes = ("compiled", "world", "spaces", "defenses", "metrics")
-    files = [path for home in homes for path in (_PACKAGE / home).rglob("*.py")]
-    for path in sorted([*files, _PACKAGE / "frame.py"]):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
-
-
 @contextmanager
-def compiling_sooner() -> Iterator[None]:
-    """Loops over a handful of tracks gain nothing from vectors; and each time that it looks for a function,
-    Numba compares all its options, where comparing those that were set says the same.
+def compiling_entry() -> Iterator[None]:
+    """While an entry is compiled. Loops over a handful of tracks gain nothing from vectors; and each time that
+    it looks for a function, Numba compares all its options, where comparing those that were set says the same.
     """
     config: Any = TargetConfig
     context: Any = cpu_target.target_context
@@ -177,38 +159,3 @@ def compiling_sooner() -> Iterator[None]:
         if collecting:
             gc.enable()
         _CONFIG.LOOP_VECTORIZE, config.__eq__, config.__hash__, codegen._library_class = outer
-
-
-@contextmanager
-def announced() -> Iterator[None]:
-    """Say on the screen that a compilation, which is long, is under way, and when it is done."""
-    print(
-        "trust-env: compiling the simulator (once per installation, about 20 s) ...",
-        file=sys.stderr,
-        flush=True,
-    )
-    start = time.perf_counter()
-    yield
-    print(f"trust-env: compiled in {time.perf_counter() - start:.1f} s", file=sys.stderr, flush=True)
-
-
-class Entry:
-    """A small kernel that Python calls with arrays: compiled at its first call, cached on disk by Numba."""
-
-    def __init__(self, function: Any):
-        self.kernel: Any = numba.njit(**OPTIONS)(function)
-        self.ready = JIT_OFF
-
-    def __call__(self, *args: Any) -> Any:
-        if self.ready:
-            return self.kernel(*args)
-        self._enable_cache()
-        with compiling_sooner():
-            result = self.kernel(*args)
-        self.ready = True
-        return result
-
-    def _enable_cache(self) -> None:
-        with suppress(RuntimeError, OSError):  # no writable place for a cache: compile every time
-            self.kernel.enable_caching()
-            self.kernel._cache._cache_file._source_stamp = source_stamp()
