@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from trust_env.defenses import BuiltIn, Defense
-from trust_env.scenario import Fov, Scenario
+from trust_env.scenario import Scenario
 from trust_env.spaces.observation import KNOWLEDGE, REACH, ObservationTable, Scales
 from trust_env.theory import initial_score, score_thresholds
 from trust_env.world import sensing
@@ -49,16 +49,9 @@ def dims_of(scenario: Scenario, defense: BuiltIn | Defense) -> dict[str, int]:
     return dims
 
 
-def reach_of(fov: Fov) -> float:
-    """Distance of an FOV's farthest point from the agent, m."""
-    if fov.type != "polygon":
-        return fov.radius
-    return max(math.hypot(x, y) for x, y in fov.vertices or ())
-
-
 def scales_of(scenario: Scenario) -> Scales:
     """The square that holds the area, all fixed agents and their FOVs; the fastest speed to be expected."""
-    reach = np.array([reach_of(scenario.agent(k).fov) for k in range(scenario.n_agents)])
+    reach = np.array([scenario.agent(k).fov.reach for k in range(scenario.n_agents)])
     x0, x1, y0, y1 = scenario.area
     points = [(x0, y0), (x1, y1)]
     for k in range(scenario.n_agents):
@@ -143,7 +136,7 @@ class Pack:
             view["start_pose"][k] = (*(agent.position or (0.0, 0.0)), agent.heading)
             view["pose_drawn"][k] = agent.position is None
             fov = agent.fov
-            view["fov_type"][k], view["fov_radius"][k] = FOV_CODES[fov.type], reach_of(fov)
+            view["fov_type"][k], view["fov_radius"][k] = FOV_CODES[fov.type], fov.reach
             view["fov_heading"][k] = fov.heading if fov.type == "sector" else 0.0
             view["fov_half_width"][k] = fov.width / 2 if fov.type == "sector" else math.pi
             if fov.type == "polygon":

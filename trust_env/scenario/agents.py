@@ -19,7 +19,7 @@ from trust_env.scenario.types import (
     Positive,
     Real,
     Size,
-    refuse,
+    raise_problems,
 )
 
 Role = Literal["adversary", "benign"]
@@ -55,9 +55,9 @@ class Sensor(Part):
     def _one_noise(self) -> Sensor:
         expected = "expected exactly one of sigma and noise_cov, the other null"
         if (self.sigma is None) == (self.noise_cov is None):
-            refuse([Problem(("sigma",), self.sigma, expected)])
+            raise_problems([Problem(("sigma",), self.sigma, expected)])
         if self.noise_cov is not None and (fault := covariance_fault(self.noise_cov)):
-            refuse([Problem(("noise_cov",), self.noise_cov, fault)])
+            raise_problems([Problem(("noise_cov",), self.noise_cov, fault)])
         return self
 
     @property

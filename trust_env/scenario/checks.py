@@ -4,22 +4,20 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from pydantic import BaseModel, ValidationError
 
 from trust_env.scenario.agents import AgentEntry, Sensor
 from trust_env.scenario.errors import MISSING, Location, Problem, problems_of
 from trust_env.scenario.fov import Fov
+from trust_env.scenario.schema import ScenarioFields
 
-if TYPE_CHECKING:
-    from trust_env.scenario import Scenario
-
-MAX_AGENTS = 64  # the agents that have hit a track are the bits of one integer
+# Each draw of clutter has a number of 24 bits: 6 of the agent, 12 of the detection, 6 of the attempt.
+MAX_AGENTS = 64
 MAX_CLUTTER = 500  # a scan, on average: Poisson numbers are drawn by inversion, and exp(-745) is 0
 
 
-def agent_problems(scenario: Scenario) -> list[Problem]:
+def agent_problems(scenario: ScenarioFields) -> list[Problem]:
     """What is wrong with the number of agents, or with what their differences make of FOV and sensor."""
     if not 1 <= scenario.n_agents <= MAX_AGENTS:
         at: Location = ("team", "n_benign") if scenario.agents is None else ("agents",)
@@ -29,12 +27,12 @@ def agent_problems(scenario: Scenario) -> list[Problem]:
         ]
     found: list[Problem] = []
     for k, entry in enumerate(scenario.agents or ()):
-        found += _unresolved(scenario.fov_of, entry, Fov, ("agents", k, "fov"))
-        found += _unresolved(scenario.sensor_of, entry, Sensor, ("agents", k, "sensor"))
+        found += _difference_problems(scenario.fov_of, entry, Fov, ("agents", k, "fov"))
+        found += _difference_problems(scenario.sensor_of, entry, Sensor, ("agents", k, "sensor"))
     return found
 
 
-def _unresolved(
+def _difference_problems(
     resolve: Callable[[AgentEntry], BaseModel], entry: AgentEntry, model: type[BaseModel], at: Location
 ) -> list[Problem]:
     try:
@@ -44,19 +42,19 @@ def _unresolved(
     return []
 
 
-def problems(scenario: Scenario) -> list[Problem]:
-    """What only shows when several fields are seen together, once all agents can be resolved."""
+def problems_between_fields(scenario: ScenarioFields) -> list[Problem]:
+    """Fields that are right one by one and contradict each other; all agents can be resolved."""
     checks = (_area, _recording, _detections, _clutter, _false_positive_density, _injections)
     return [problem for check in checks for problem in check(scenario)]
 
 
-def _area(scenario: Scenario) -> list[Problem]:
+def _area(scenario: ScenarioFields) -> list[Problem]:
     x_min, x_max, y_min, y_max = scenario.area
     text = "expected [x_min, x_max, y_min, y_max] with x_min < x_max and y_min < y_max, or the area is zero"
     return [] if x_min < x_max and y_min < y_max else [Problem(("area",), list(scenario.area), text)]
 
 
-def _recording(scenario: Scenario) -> list[Problem]:
+def _recording(scenario: ScenarioFields) -> list[Problem]:
     recording = scenario.recording()
     traffic = scenario.team.placement == "traffic"
     if recording is None:
@@ -72,13 +70,13 @@ def _recording(scenario: Scenario) -> list[Problem]:
     return found
 
 
-def _detections(scenario: Scenario) -> list[Problem]:
+def _detections(scenario: ScenarioFields) -> list[Problem]:
     slots, detections = scenario.injection.slots, scenario.sensor.max_detections
     text = f"expected at least injection.slots ({slots})"
     return [] if detections >= slots else [Problem(("sensor", "max_detections"), detections, text)]
 
 
-def _clutter(scenario: Scenario) -> list[Problem]:
+def _clutter(scenario: ScenarioFields) -> list[Problem]:
     detections = scenario.sensor.max_detections
     most = min(detections, MAX_CLUTTER)
     limit = f"sensor.max_detections ({most})" if most == detections else f"{most}"
@@ -95,7 +93,7 @@ def _clutter(scenario: Scenario) -> list[Problem]:
     return []
 
 
-def _false_positive_density(scenario: Scenario) -> list[Problem]:
+def _false_positive_density(scenario: ScenarioFields) -> list[Problem]:
     if scenario.tracker.beta_fp is not None:
         return []
     for k, entry in enumerate(scenario.entries):
@@ -106,7 +104,7 @@ def _false_positive_density(scenario: Scenario) -> list[Problem]:
     return []
 
 
-def _injections(scenario: Scenario) -> list[Problem]:
+def _injections(scenario: ScenarioFields) -> list[Problem]:
     found: list[Problem] = []
     given: Counter[int] = Counter()
     for i, injection in enumerate(scenario.injections):

@@ -1,4 +1,4 @@
-"""The parts of a scenario that are not about agents; `scenarios/base.yaml` documents and sets every field."""
+"""The parts of a scenario that are not about agents; `builtin/base.yaml` explains and sets every field."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from trust_env.scenario.types import (
     Range,
     Real,
     Size,
-    refuse,
+    raise_problems,
 )
 
 
@@ -61,7 +61,7 @@ class Targets(Part):
             problems.append(Problem(("velocities",), self.velocities, text))
         if self.positions is not None and self.data is not None:
             problems.append(Problem(("data",), self.data, "expected null, as positions are given"))
-        refuse(problems)
+        raise_problems(problems)
         return self
 
 
@@ -95,7 +95,7 @@ class Tracker(Part):
             problems.append(
                 Problem(("beta",), self.beta, f"expected alpha + beta below 1 (alpha is {self.alpha})")
             )
-        refuse(problems)
+        raise_problems(problems)
         return self
 
 
