@@ -732,7 +732,7 @@ class TestPlayer:
 
 
 class TestGeometry:
-    """The shapes of `agents.fovs` against those of the simulator."""
+    """`Fovs` against the simulator."""
 
     def world(self, shape: str, worlds: int = 16) -> tuple[VectorEnv, Fovs, np.ndarray]:
         agents = [{"role": "adversary"}, {"role": "benign", "heading": 1.0}]
