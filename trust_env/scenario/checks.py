@@ -1,4 +1,4 @@
-"""Checks between the fields of a scenario; each finding names the field to change and what was expected."""
+"""Checks between the fields of a scenario; each problem names the field to change and what was expected."""
 
 from __future__ import annotations
 
@@ -18,18 +18,17 @@ MAX_CLUTTER = 500  # a scan, on average: Poisson numbers are drawn by inversion,
 
 
 def agent_problems(scenario: ScenarioFields) -> list[Problem]:
-    """What is wrong with the number of agents, or with what their differences make of FOV and sensor."""
+    """Problems of the number of agents, and of their FOVs and sensors after the differences."""
     if not 1 <= scenario.n_agents <= MAX_AGENTS:
         at: Location = ("team", "n_benign") if scenario.agents is None else ("agents",)
         value = scenario.team.n_benign if scenario.agents is None else MISSING
-        return [
-            Problem(at, value, f"there are {scenario.n_agents} agents; expected 1 to {MAX_AGENTS} in all")
-        ]
-    found: list[Problem] = []
+        text = f"there are {scenario.n_agents} agents; expected 1 to {MAX_AGENTS} in all"
+        return [Problem(at, value, text)]
+    problems: list[Problem] = []
     for k, entry in enumerate(scenario.agents or ()):
-        found += _difference_problems(scenario.fov_of, entry, Fov, ("agents", k, "fov"))
-        found += _difference_problems(scenario.sensor_of, entry, Sensor, ("agents", k, "sensor"))
-    return found
+        problems += _difference_problems(scenario.fov_of, entry, Fov, ("agents", k, "fov"))
+        problems += _difference_problems(scenario.sensor_of, entry, Sensor, ("agents", k, "sensor"))
+    return problems
 
 
 def _difference_problems(
@@ -43,7 +42,7 @@ def _difference_problems(
 
 
 def problems_between_fields(scenario: ScenarioFields) -> list[Problem]:
-    """Fields that are right one by one and contradict each other; all agents can be resolved."""
+    """Problems of fields that contradict one another, where `agent_problems` found none."""
     checks = (_area, _recording, _detections, _clutter, _false_positive_density, _injections)
     return [problem for check in checks for problem in check(scenario)]
 
@@ -60,14 +59,14 @@ def _recording(scenario: ScenarioFields) -> list[Problem]:
     if recording is None:
         text = "expected a recording in targets.data to place the agents by"
         return [Problem(("team", "placement"), "traffic", text)] if traffic else []
-    found: list[Problem] = []
+    problems: list[Problem] = []
     if scenario.horizon > (frames := len(recording.times)):
         text = f"expected at most {frames}, the frames of the recording, or null for all of them"
-        found.append(Problem(("horizon",), scenario.horizon, text))
+        problems.append(Problem(("horizon",), scenario.horizon, text))
     if traffic and recording.n_positions < scenario.n_agents:
         text = f"expected a recording of at least {scenario.n_agents} different positions, one per agent"
-        found.append(Problem(("team", "placement"), "traffic", text))
-    return found
+        problems.append(Problem(("team", "placement"), "traffic", text))
+    return problems
 
 
 def _detections(scenario: ScenarioFields) -> list[Problem]:
@@ -105,15 +104,15 @@ def _false_positive_density(scenario: ScenarioFields) -> list[Problem]:
 
 
 def _injections(scenario: ScenarioFields) -> list[Problem]:
-    found: list[Problem] = []
+    problems: list[Problem] = []
     given: Counter[int] = Counter()
     for i, injection in enumerate(scenario.injections):
         k = injection.agent
         given[k] += 1
         if k >= scenario.n_agents:
             text = f"expected the index of an agent, 0 to {scenario.n_agents - 1}"
-            found.append(Problem(("injections", i, "agent"), k, text))
+            problems.append(Problem(("injections", i, "agent"), k, text))
         elif given[k] > (budget := scenario.budget_of(scenario.entries[k]).injections):
             text = f"expected at most {budget} injections of {scenario.agent_names[k]}, its budget per frame"
-            found.append(Problem(("injections", i, "agent"), k, text))
-    return found
+            problems.append(Problem(("injections", i, "agent"), k, text))
+    return problems

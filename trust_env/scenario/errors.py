@@ -18,19 +18,19 @@ OVERRIDE: Final = "override"  # the origin of fields that an override sets
 
 
 class ScenarioError(ValueError):
-    """A scenario that cannot be used; `problems` has one line for each thing that is wrong."""
+    """An unusable scenario; `problems` has a line for everything that is wrong."""
 
     def __init__(self, problems: Iterable[str]):
         self.problems = tuple(problems)
         super().__init__("\n".join(self.problems))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.problems,)  # else a copy would take the text for a list of letters
+        return type(self), (self.problems,)  # else a copy would iterate over the characters of the message
 
 
 @dataclass(frozen=True)
 class Problem:
-    """One field that is wrong: where it stands, what it holds, what was expected."""
+    """One field that is wrong: its location, its value, what was expected."""
 
     location: Location
     value: object
@@ -91,12 +91,12 @@ def _tuples_to_lists(value: object) -> object:
 
 def problems_of(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
     """A validation error as problems; those that our own validators raise come as its context."""
-    found: list[Problem] = []
+    problems: list[Problem] = []
     for entry in error.errors(include_url=False):
         at = tuple(entry["loc"])
         own: Iterable[Problem] = entry.get("ctx", {}).get("problems", ())
-        found += [problem.within(at) for problem in own] or [_problem(at, entry, model)]
-    return found
+        problems += [problem.within(at) for problem in own] or [_problem(at, entry, model)]
+    return problems
 
 
 def _problem(at: Location, entry: Mapping[str, Any], model: type[BaseModel]) -> Problem:
@@ -130,7 +130,7 @@ _EXPECTED = {
 
 
 def _fields_at(model: type[BaseModel], location: Location) -> list[str]:
-    """The field names of the model that stands at a location below `model`."""
+    """The field names of the model at a location below `model`."""
     for name in location:
         if isinstance(name, str):
             model = _model_in(model.model_fields[name].annotation) or model

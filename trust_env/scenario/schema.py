@@ -66,7 +66,7 @@ class ScenarioFields(Part):
         return tuple(f"{role}_{self.roles[:k].count(role)}" for k, role in enumerate(self.roles))
 
     def agent(self, k: int) -> Agent:
-        """Agent k with what the scenario says of all agents where it does not differ."""
+        """Agent k with all its fields resolved."""
         entry = self.entries[k]
         return Agent(
             name=self.agent_names[k],
@@ -86,7 +86,7 @@ class ScenarioFields(Part):
         return Sensor.model_validate(_apply_difference(self.sensor, entry.sensor))
 
     def belief_of(self, entry: AgentEntry) -> Belief:
-        """What the centre believes: of this agent, else of all, else what is true of its clutter."""
+        """What the centre believes of the agent, else of all agents, else its true clutter density."""
         believed = _apply_difference(self.tracker, entry.belief)
         beta_fp = believed["beta_fp"] or self.sensor_of(entry).clutter_density
         beta_nt = believed["beta_nt"] or 1e-3 * beta_fp
@@ -105,7 +105,7 @@ class ScenarioFields(Part):
         )
 
     def _position_of(self, k: int) -> Point | None:
-        """m, where `team.placement` puts agent k; None when every reset draws it."""
+        """m, the position of agent k by `team.placement`; None when every reset draws it."""
         x_min, x_max, y_min, y_max = self.area
         if self.team.placement == "together":
             return (x_min + x_max) / 2, (y_min + y_max) / 2
@@ -118,7 +118,7 @@ class ScenarioFields(Part):
 
 
 def _apply_difference(default: Part, difference: Part | None) -> dict[str, Any]:
-    """The default's fields with those that an agent has different."""
+    """The fields of the default, those of the difference in place of its own."""
     own = {} if difference is None else difference.model_dump(exclude_none=True)
     if ("sigma" in own) != ("noise_cov" in own):  # either replaces both
         own = {"sigma": None, "noise_cov": None} | own

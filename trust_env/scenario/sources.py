@@ -65,8 +65,8 @@ def _read_named(source: str, folder: Path, chain: tuple[str, ...]) -> list[Layer
 def _read_built_in(name: str) -> list[Layer]:
     if name not in (*scenarios(), "base"):
         raise ScenarioError([f"{unknown_name('scenario', name, scenarios())}; a file's name ends in .yaml"])
-    fields, lines = copy.deepcopy(_packaged(name))
-    layer = Layer(fields, Origins.in_file(name, f"{name}.yaml", lines))
+    fields, lines = _packaged(name)
+    layer = Layer(copy.deepcopy(fields), Origins.in_file(name, f"{name}.yaml", lines))
     return [layer] if name == "base" else _over_base(layer, Path.cwd(), ())
 
 

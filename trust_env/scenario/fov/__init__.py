@@ -14,6 +14,7 @@ from trust_env.scenario.fov.sector import Sector
 from trust_env.scenario.fov.shape import Shape
 from trust_env.scenario.types import Part, Point, Real, raise_problems
 
+# What a new shape needs beside its file: a line here, and fields that no other shape has in the models below.
 SHAPES: dict[str, type[Shape]] = {"circle": Circle, "sector": Sector, "polygon": Polygon}
 
 if TYPE_CHECKING:
@@ -53,3 +54,13 @@ class Fov(Part):
     def reach(self) -> float:
         """m, distance of the farthest point from the agent."""
         return self.shape.reach
+
+
+class FovDifference(Part):
+    """Fields that differ from the scenario's `fov`; null: the same."""
+
+    type: FovType | None = None
+    radius: Real | None = None
+    heading: Real | None = None
+    width: Real | None = None
+    vertices: tuple[Point, ...] | None = None
