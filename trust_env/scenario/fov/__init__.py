@@ -11,11 +11,11 @@ from trust_env.scenario.errors import Problem
 from trust_env.scenario.fov.circle import Circle
 from trust_env.scenario.fov.polygon import Polygon
 from trust_env.scenario.fov.sector import Sector
-from trust_env.scenario.fov.shape import Shape
+from trust_env.scenario.fov.shape import FovShape
 from trust_env.scenario.types import Part, Point, Real, raise_problems
 
 # What a new shape needs beside its file: a line here, and fields that no other shape has in the models below.
-SHAPES: dict[str, type[Shape]] = {"circle": Circle, "sector": Sector, "polygon": Polygon}
+SHAPES: dict[str, type[FovShape]] = {"circle": Circle, "sector": Sector, "polygon": Polygon}
 
 if TYPE_CHECKING:
     FovType = str  # type checkers do not look into the registry
@@ -39,7 +39,7 @@ class Fov(Part):
         return self
 
     @property
-    def shape(self) -> Shape:
+    def shape(self) -> FovShape:
         """The geometry, from the fields that count; what is null is left to the shape."""
         kind = SHAPES[self.type]
         fields = {field.name: getattr(self, field.name) for field in dataclasses.fields(kind)}

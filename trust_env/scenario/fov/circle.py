@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trust_env.scenario.fov.shape import Shape, arc
+from trust_env.scenario.fov.shape import FovShape, arc
 
 
 @dataclass(frozen=True)
-class Circle(Shape):
+class Circle(FovShape):
     """All points within `radius` of the agent."""
 
     radius: float  # m

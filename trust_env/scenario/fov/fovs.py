@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trust_env.scenario.fov.shape import FovGroup, Shape, to_global, to_local
+from trust_env.scenario.fov.shape import FovGroup, FovShape, to_global, to_local
 from trust_env.scenario.scenario import Scenario
 
 Members = np.ndarray | slice  # which of the n agents
@@ -56,7 +56,7 @@ class Fovs:
         return np.stack(to_global(pose, u, v), axis=-1)
 
 
-def _by_shape(shapes: list[Shape]) -> list[tuple[Members, FovGroup]]:
+def _by_shape(shapes: list[FovShape]) -> list[tuple[Members, FovGroup]]:
     """The groups of equal shape, each with the indices of its members."""
     kinds = list(dict.fromkeys(type(shape) for shape in shapes))
     if len(kinds) == 1:  # views instead of copies

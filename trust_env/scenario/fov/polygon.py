@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trust_env.scenario.fov.shape import INSIDE, FovGroup, Shape, box_around
+from trust_env.scenario.fov.shape import INSIDE, FovGroup, FovShape, box_around
 
 Vertices = tuple[tuple[float, float], ...]
 
@@ -53,7 +53,7 @@ class PolygonGroup(FovGroup):
 
 
 @dataclass(frozen=True)
-class Polygon(Shape):
+class Polygon(FovShape):
     """A convex polygon."""
 
     group = PolygonGroup

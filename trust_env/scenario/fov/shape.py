@@ -26,7 +26,7 @@ class FovGroup:
     that an FOV opens about the agent.
     """
 
-    def __init__(self, shapes: Sequence[Shape]):
+    def __init__(self, shapes: Sequence[FovShape]):
         self.reach = np.array([shape.reach for shape in shapes])
         self.axis, self.half_width = np.array([shape.opening for shape in shapes]).T
 
@@ -49,7 +49,7 @@ class FovGroup:
 
 
 @dataclass(frozen=True)
-class Shape(ABC):
+class FovShape(ABC):
     """One FOV in its agent's own frame; its fields are those of the scenario's `fov` that its type has."""
 
     group: ClassVar[type[FovGroup]] = FovGroup
