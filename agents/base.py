@@ -13,8 +13,7 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
-from trust_env.agents.fovs import Fovs
-from trust_env.scenario import Scenario
+from trust_env.scenario import Fovs, Scenario
 from trust_env.spaces.action import ActionTable
 from trust_env.spaces.observation import KNOWLEDGE, ObservationTable
 from trust_env.spec import Spec

@@ -1,4 +1,4 @@
-"""Errors that help: what was given, what is known, and the nearest known name."""
+"""Errors for unknown names: the nearest known name, and all that are known."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from difflib import get_close_matches
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
-    """The known name that `name` was most likely meant to be, or None when nothing comes close."""
+    """The known name most similar to `name`, or None when none is similar."""
     by_folded = {k.lower().replace("-", "_"): k for k in known}
-    found = get_close_matches(name.lower().replace("-", "_"), by_folded, n=1, cutoff=0.6)
-    return by_folded[found[0]] if found else None
+    matches = get_close_matches(name.lower().replace("-", "_"), by_folded, n=1, cutoff=0.6)
+    return by_folded[matches[0]] if matches else None
 
 
 def suggestion(name: object, known: Iterable[str]) -> str:
-    """`did you mean 'trust'? ` or nothing; ready to stand inside a sentence."""
+    """`did you mean 'trust'? `, with the space after it, or an empty text."""
     match = nearest(name, known) if isinstance(name, str) else None
     return f"did you mean {match!r}? " if match else ""
 

@@ -10,7 +10,7 @@ import numpy as np
 from trust_env.compiled.structs import PARAMETERS, Layout
 from trust_env.defenses import DEFENSES, BuiltIn, Defense
 from trust_env.frame import declare_defenses
-from trust_env.scenario import Fov, Scenario
+from trust_env.scenario import Scenario
 from trust_env.spaces.action import ActionTable
 from trust_env.spaces.observation import REACH, ObservationTable, Scales
 from trust_env.theory import initial_score, score_thresholds
@@ -55,16 +55,9 @@ def lengths_of(scenario: Scenario, defense: BuiltIn | Defense) -> dict[str, int]
     return n | (defense.lengths() if isinstance(defense, BuiltIn) else {})
 
 
-def reach_of(fov: Fov) -> float:
-    """Distance of an FOV's farthest point from the agent, m."""
-    if fov.type != "polygon":
-        return fov.radius
-    return max(math.hypot(x, y) for x, y in fov.vertices or ())
-
-
 def scales_of(scenario: Scenario) -> Scales:
     """The square that holds the area, all fixed agents and their FOVs; the fastest speed to be expected."""
-    reach = np.array([reach_of(scenario.agent(k).fov) for k in range(scenario.n_agents)])
+    reach = np.array([scenario.agent(k).fov.reach for k in range(scenario.n_agents)])
     x0, x1, y0, y1 = scenario.area
     points = [(x0, y0), (x1, y1)]
     for k in range(scenario.n_agents):
@@ -142,9 +135,9 @@ class Parameters:
             "start_pose": (*(agent.position or (0.0, 0.0)), agent.heading),
             "pose_drawn": agent.position is None,
             "fov_type": FOV_CODES[fov.type],
-            "fov_radius": reach_of(fov),
-            "fov_heading": fov.heading if fov.type == "sector" else 0.0,
-            "fov_half_width": fov.width / 2 if fov.type == "sector" else math.pi,
+            "fov_radius": fov.reach,
+            "fov_heading": fov.shape.opening[0],
+            "fov_half_width": fov.shape.opening[1],
             "clutter_mean": agent.sensor.clutter_density * fov.area,
             "p_detect": agent.sensor.p_detect,
             "noise_cov": agent.sensor.covariance,

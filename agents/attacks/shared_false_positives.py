@@ -9,8 +9,8 @@ import numpy as np
 
 from trust_env.agents.attacks.false_positive import hit_rates
 from trust_env.agents.base import CANDIDATE, FIRE, Policy, PolicyContext
-from trust_env.agents.fovs import Fovs
 from trust_env.agents.parameters import refuse, share_or_none, whole, whole_or_none
+from trust_env.scenario import Fovs
 
 CANDIDATES = 512  # places that are compared
 CHUNK = 32  # worlds at a time, so that the candidates of many worlds need not fit into memory at once

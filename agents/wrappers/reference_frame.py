@@ -8,8 +8,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from trust_env.agents.base import PolicyContext
-from trust_env.agents.fovs import Fovs
 from trust_env.agents.wrappers.wrapper import joined
+from trust_env.scenario import Fovs
 from trust_env.spaces.observation import REACH
 
 Places: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.complex64]]

@@ -72,7 +72,7 @@ def test_latitudes_are_projected_about_the_centre(csv_file) -> None:
     np.testing.assert_allclose(np.diff(found.positions[..., 0], axis=0), [[70.2, -67.1]], atol=0.1)
 
 
-def test_the_date_line_is_no_edge(csv_file) -> None:
+def test_trajectories_continue_across_the_date_line(csv_file) -> None:
     rows = "0,a,0,179.99\n10,a,0,179.999\n0,b,0,-179.99\n10,b,0,-179.999\n"
     found = read_recording(csv_file("time,icao24,lat,lon\n" + rows), dt=10.0)
     np.testing.assert_allclose(found.positions[0, :, 0], [-1113.2, 1113.2], atol=0.1)
@@ -99,14 +99,14 @@ def test_single_positions_are_left_out_by_name(csv_file) -> None:
     assert found.left_out == ("lone",)
 
 
-def test_the_area_is_never_flat(csv_file) -> None:
+def test_the_area_is_at_least_a_metre_wide_and_high(csv_file) -> None:
     found = read_recording(csv_file("t,id,x,y\n0,a,-3,2\n1,a,5,2\n"), dt=1.0)
     assert found.area == (-3.0, 5.0, 1.5, 2.5)
     assert found.n_positions == 2
 
 
 @pytest.mark.parametrize(
-    ("text", "complaint"),
+    ("text", "expected"),
     [
         ("", "traffic.csv: the file is empty; expected a header such as t,id,x,y"),
         ("t,id,x,y\n", "traffic.csv: no positions below the header"),
@@ -130,14 +130,14 @@ def test_the_area_is_never_flat(csv_file) -> None:
         ("t,id,x,y\n0,a,1,2\n1,a,1,\x00\n", "y = '\\x00': expected a finite number"),
     ],
 )
-def test_broken_files_are_named_with_the_line(csv_file, text: str, complaint: str) -> None:
+def test_broken_files_are_named_with_the_line(csv_file, text: str, expected: str) -> None:
     with pytest.raises(ValueError) as caught:
         read_recording(csv_file(text), dt=1.0)
-    assert complaint in str(caught.value)
+    assert expected in str(caught.value)
     assert str(caught.value).startswith(str(csv_file(text)))
 
 
-def test_missing_and_binary_files(tmp_path: Path) -> None:
+def test_missing_and_binary_files_are_an_error(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"none\.csv: there is no such file; expected a CSV file"):
         read_recording(tmp_path / "none.csv", 1.0)
     with pytest.raises(ValueError, match="Is a directory"):

@@ -1,4 +1,4 @@
-"""Names with parameters: what is read, what is refused, and that only files the user names are run."""
+"""Specs: what is parsed, what is an error, and that only files the user names are run."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ from trust_env.spec import Spec, load_object, parse, split_specs
         ("patrol(tracker.gate=0.95)", Spec("patrol", {"tracker.gate": 0.95})),
     ],
 )
-def test_reads(text: str, expected: Spec) -> None:
+def test_specs_are_parsed_and_formatted_back(text: str, expected: Spec) -> None:
     assert parse(text) == expected
     assert parse(str(parse(text))) == expected
 
 
 @pytest.mark.parametrize(
-    ("text", "complaint"),
+    ("text", "expected"),
     [
         ("trust(9)", "'9' has no name; expected key=value"),
         ("trust(*a)", "'*a' has no name; expected key=value"),
@@ -63,14 +63,14 @@ def test_reads(text: str, expected: Spec) -> None:
         ("trust(inner=b(3))", "'3' has no name"),
     ],
 )
-def test_refuses(text: str, complaint: str) -> None:
+def test_invalid_specs_are_named_with_what_was_expected(text: str, expected: str) -> None:
     with pytest.raises(ValueError) as caught:
         parse(text)
-    assert complaint in str(caught.value)
+    assert expected in str(caught.value)
     assert repr(text) in str(caught.value)
 
 
-def test_refuses_what_is_no_text() -> None:
+def test_specs_that_are_no_text_are_an_error() -> None:
     with pytest.raises(ValueError, match="3: expected a text"):
         parse(3)  # type: ignore[arg-type]
 
@@ -103,7 +103,7 @@ def test_str_parses_back_to_the_same(params: dict[str, object]) -> None:
     assert parse(str(spec)) == spec
 
 
-def test_splits_at_commas_outside_brackets_and_quotes() -> None:
+def test_lists_of_specs_split_at_commas_outside_brackets_and_quotes() -> None:
     text = "honest, false_positive(n=2, start=3),a(b=[1,2], c='x,y'),"
     assert split_specs(text) == ["honest", "false_positive(n=2, start=3)", "a(b=[1,2], c='x,y')"]
     assert split_specs("") == []
@@ -138,7 +138,7 @@ def test_a_file_may_define_dataclasses(tmp_path: Path) -> None:
     assert load_object(parse(f"{file}:A"))().n == 4
 
 
-def test_what_a_file_lacks_is_said(tmp_path: Path) -> None:
+def test_errors_name_what_a_file_does_not_have(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     with pytest.raises(ValueError, match=r"mine\.py:Mine: there is no file"):
         load_object(parse(f"{file}:Mine"))

@@ -10,7 +10,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationError, model_validator
 
 from trust_env.scenario.errors import Origins, Problem, problems_of
-from trust_env.scenario.overrides import Layer, over, override, places
+from trust_env.scenario.layers import Layer, locations, merge_layers
+from trust_env.scenario.overrides import override_layer
 from trust_env.scenario.types import (
     NonNegative,
     Part,
@@ -19,7 +20,7 @@ from trust_env.scenario.types import (
     Real,
     Size,
     Whole,
-    refuse,
+    raise_problems,
 )
 from trust_env.scenario.yaml_lines import read_yaml, write_yaml
 
@@ -92,7 +93,7 @@ class Configuration(Part):
     def _agree(self) -> Configuration:
         if self.role in self.others:
             text = f"expected the policy of others: {self.role} is the role that learns"
-            refuse([Problem(("others", self.role), self.others[self.role], text)])
+            raise_problems([Problem(("others", self.role), self.others[self.role], text)])
         return self
 
     @property
@@ -118,31 +119,32 @@ def load_configuration(
 
     Raises a ValueError that lists everything that is wrong, with the file and the line.
     """
-    layer = Layer(defaults(), Origins("training"))
+    layers = [Layer(defaults(), Origins("training"))]
     if config is not None:
-        layer = over(layer, *_fields_of(config))
-    layer = _overridden(layer, dict(overrides or {}))
+        layers.append(_layer_of(config))
+    layers += _override_layers(dict(overrides or {}), layers[-1].origins.source)
+    layer = merge_layers(layers)
     try:
         return Configuration.model_validate(layer.fields)
     except ValidationError as error:
         raise layer.origins.error(problems_of(error, Configuration)) from None
 
 
-def _fields_of(config: str | Path | Mapping[str, Any]) -> tuple[dict[str, Any], Origins]:
+def _layer_of(config: str | Path | Mapping[str, Any]) -> Layer:
     if isinstance(config, Mapping):
-        return dict(config), Origins("mapping", places(config, "mapping"))
+        return Layer(dict(config), Origins("mapping", locations(config, "mapping")))
     try:
         text = Path(config).expanduser().read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as fault:
         reason = fault.strerror if isinstance(fault, OSError) else "not in UTF-8"
         raise ValueError(f"{config}: {reason}; expected a YAML file") from None
     fields, lines = read_yaml(text, str(config))
-    return fields, Origins(str(config), {at: (str(config), line) for at, line in lines.items()})
+    return Layer(fields, Origins.in_file(str(config), str(config), lines))
 
 
-def _overridden(layer: Layer, overrides: dict[str, Any]) -> Layer:
+def _override_layers(overrides: dict[str, Any], source: str) -> list[Layer]:
     """Single fields set; of `others` also by role or agent, as in others.benign."""
     of_others = {key: overrides.pop(key) for key in list(overrides) if key.startswith("others.")}
-    layer = override(layer, overrides, defaults())
     others = {key.removeprefix("others."): value for key, value in of_others.items()}
-    return over(layer, {"others": others}, Origins(layer.origins.source)) if others else layer
+    layers = [override_layer(overrides, defaults(), source)]
+    return [*layers, Layer({"others": others}, Origins(source))] if others else layers

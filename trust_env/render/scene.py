@@ -18,11 +18,9 @@ from trust_env.world.tracking.score import CONFIRMED
 
 if TYPE_CHECKING:
     from trust_env.parallel import TrustEnv
-    from trust_env.scenario.fov import Fov
 
 DetectionKind = Literal["honest", "clutter", "injected"]
 TrackKind = Literal["published", "hidden", "tentative"]
-_ARC = math.radians(3.0)  # between the corners that stand for a round outline
 _MARGIN = 0.03  # of the longer side, around everything
 
 
@@ -114,24 +112,12 @@ def _agents(env: TrustEnv) -> list[Agent]:
             name=name,
             adversary=role == "adversary",
             position=a.pose[0, k, :2].copy(),
-            outline=fov_outline(env.scenario.agent(k).fov, a.pose[0, k]),
+            outline=env.scenario.agent(k).fov.shape.outline(a.pose[0, k]),
             trust=float(a.agent_trust[0, k]),
             deviation=math.sqrt(float(a.agent_trust_var[0, k])),
         )
         for k, (name, role) in enumerate(zip(env.possible_agents, env.scenario.roles, strict=True))
     ]
-
-
-def fov_outline(fov: Fov, pose: np.ndarray) -> np.ndarray:
-    """Corners [n, 2] (m) of an FOV in the world; pose: x, y, heading."""
-    if fov.type == "polygon":
-        c, s = math.cos(pose[2]), math.sin(pose[2])
-        return pose[:2] + np.asarray(fov.vertices, dtype=np.float64) @ np.array([[c, s], [-s, c]])
-    whole = fov.type == "circle" or fov.width >= 2.0 * math.pi
-    first, width = (0.0, 2.0 * math.pi) if whole else (pose[2] + fov.heading - fov.width / 2, fov.width)
-    angles = first + np.linspace(0.0, width, math.ceil(width / _ARC) + 1)
-    arc = pose[:2] + fov.radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    return arc[:-1] if whole else np.concatenate([pose[None, :2], arc])
 
 
 def _extent(env: TrustEnv, agents: list[Agent]) -> tuple[float, float, float, float]:

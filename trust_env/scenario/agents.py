@@ -1,4 +1,4 @@
-"""Who takes part: the team, the agents' sensors, and what an agent may have different from the others."""
+"""The agents of a scenario: the team, sensors, beliefs and budgets, and how single agents differ."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import model_validator
 
 from trust_env.scenario.errors import Problem
-from trust_env.scenario.fov import Fov, FovType
+from trust_env.scenario.fov import Fov, FovDifference
 from trust_env.scenario.types import (
     Count,
     Covariance,
@@ -19,7 +19,7 @@ from trust_env.scenario.types import (
     Positive,
     Real,
     Size,
-    refuse,
+    raise_problems,
 )
 
 Role = Literal["adversary", "benign"]
@@ -27,7 +27,7 @@ Matrix = tuple[tuple[float, float], tuple[float, float]]
 
 
 class Team(Part):
-    """Who takes part when `agents` does not list them one by one."""
+    """The agents when `agents` does not list them one by one."""
 
     n_adversaries: Count
     n_benign: Count
@@ -43,7 +43,7 @@ class Team(Part):
 
 
 class Sensor(Part):
-    """What is true of the sensors; what the centre believes of them stands in `tracker`."""
+    """The sensors as they are; what the centre believes of them is in `tracker`."""
 
     p_detect: DetectionProbability
     sigma: Positive | None  # m, R = sigma^2 I
@@ -52,12 +52,12 @@ class Sensor(Part):
     max_detections: Size  # D
 
     @model_validator(mode="after")
-    def _one_noise(self) -> Sensor:
+    def _consistent(self) -> Sensor:
         expected = "expected exactly one of sigma and noise_cov, the other null"
         if (self.sigma is None) == (self.noise_cov is None):
-            refuse([Problem(("sigma",), self.sigma, expected)])
-        if self.noise_cov is not None and (fault := covariance_fault(self.noise_cov)):
-            refuse([Problem(("noise_cov",), self.noise_cov, fault)])
+            raise_problems([Problem(("sigma",), self.sigma, expected)])
+        if self.noise_cov is not None and (fault := _expected_covariance(self.noise_cov)):
+            raise_problems([Problem(("noise_cov",), self.noise_cov, fault)])
         return self
 
     @property
@@ -69,8 +69,8 @@ class Sensor(Part):
         return (variance, 0.0), (0.0, variance)
 
 
-def covariance_fault(cov: Matrix) -> str:
-    """Why a matrix is no covariance; empty when it is one."""
+def _expected_covariance(cov: Matrix) -> str:
+    """What a matrix lacks of a covariance; empty when it is one."""
     (xx, xy), (yx, yy) = cov
     if abs(xy - yx) > 1e-12 * max(abs(xx), abs(yy)):
         return "expected a symmetric matrix"
@@ -88,24 +88,14 @@ class Belief(Part):
 
 
 class Budget(Part):
-    """How many injections and suppressions of an agent take effect in a frame."""
+    """The injections and suppressions of an agent that take effect in a frame, at most."""
 
     injections: Count
     suppressions: Count
 
 
-class FovDifference(Part):
-    """What differs from the scenario's `fov`; null: the same."""
-
-    type: FovType | None = None
-    radius: Real | None = None
-    heading: Real | None = None
-    width: Real | None = None
-    vertices: tuple[Point, ...] | None = None
-
-
 class SensorDifference(Part):
-    """What differs from the scenario's `sensor`; null: the same."""
+    """Fields that differ from the scenario's `sensor`; null: the same."""
 
     p_detect: DetectionProbability | None = None
     sigma: Positive | None = None
@@ -114,7 +104,7 @@ class SensorDifference(Part):
 
 
 class BeliefDifference(Part):
-    """What the centre believes of this agent alone; null: as of all others."""
+    """Fields that differ from what the centre believes of all agents; null: the same."""
 
     p_detect: OpenProbability | None = None
     beta_fp: Positive | None = None
@@ -122,14 +112,14 @@ class BeliefDifference(Part):
 
 
 class BudgetDifference(Part):
-    """The agent's own budgets; null: that of its role."""
+    """Budgets that differ from those of the agent's role; null: the same."""
 
     injections: Count | None = None
     suppressions: Count | None = None
 
 
 class AgentEntry(Part):
-    """One agent as a scenario writes it; what is left out is the scenario's default."""
+    """One agent as a scenario lists it."""
 
     role: Role
     position: Point | None = None  # m; null: placed by team.placement
@@ -141,7 +131,7 @@ class AgentEntry(Part):
 
 
 class Agent(Part):
-    """One agent with everything filled in."""
+    """One agent with all its fields resolved."""
 
     name: str
     role: Role

@@ -1,40 +1,37 @@
-"""Checks between the fields of a scenario; each finding names the field to change and what was expected."""
+"""Checks between the fields of a scenario; each problem names the field to change and what was expected."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from pydantic import BaseModel, ValidationError
 
 from trust_env.scenario.agents import AgentEntry, Sensor
 from trust_env.scenario.errors import MISSING, Location, Problem, problems_of
 from trust_env.scenario.fov import Fov
+from trust_env.scenario.schema import ScenarioFields
 
-if TYPE_CHECKING:
-    from trust_env.scenario import Scenario
-
-MAX_AGENTS = 64  # the agents that have hit a track are the bits of one integer
+# Each draw of clutter has a number of 24 bits: 6 of the agent, 12 of the detection, 6 of the attempt.
+MAX_AGENTS = 64
 MAX_CLUTTER = 500  # a scan, on average: Poisson numbers are drawn by inversion, and exp(-745) is 0
 
 
-def agent_problems(scenario: Scenario) -> list[Problem]:
-    """What is wrong with the number of agents, or with what their differences make of FOV and sensor."""
+def agent_problems(scenario: ScenarioFields) -> list[Problem]:
+    """Problems of the number of agents, and of their FOVs and sensors after the differences."""
     if not 1 <= scenario.n_agents <= MAX_AGENTS:
         at: Location = ("team", "n_benign") if scenario.agents is None else ("agents",)
         value = scenario.team.n_benign if scenario.agents is None else MISSING
-        return [
-            Problem(at, value, f"there are {scenario.n_agents} agents; expected 1 to {MAX_AGENTS} in all")
-        ]
-    found: list[Problem] = []
+        text = f"there are {scenario.n_agents} agents; expected 1 to {MAX_AGENTS} in all"
+        return [Problem(at, value, text)]
+    problems: list[Problem] = []
     for k, entry in enumerate(scenario.agents or ()):
-        found += _unresolved(scenario.fov_of, entry, Fov, ("agents", k, "fov"))
-        found += _unresolved(scenario.sensor_of, entry, Sensor, ("agents", k, "sensor"))
-    return found
+        problems += _difference_problems(scenario.fov_of, entry, Fov, ("agents", k, "fov"))
+        problems += _difference_problems(scenario.sensor_of, entry, Sensor, ("agents", k, "sensor"))
+    return problems
 
 
-def _unresolved(
+def _difference_problems(
     resolve: Callable[[AgentEntry], BaseModel], entry: AgentEntry, model: type[BaseModel], at: Location
 ) -> list[Problem]:
     try:
@@ -44,41 +41,41 @@ def _unresolved(
     return []
 
 
-def problems(scenario: Scenario) -> list[Problem]:
-    """What only shows when several fields are seen together, once all agents can be resolved."""
+def problems_between_fields(scenario: ScenarioFields) -> list[Problem]:
+    """Problems of fields that contradict one another, where `agent_problems` found none."""
     checks = (_area, _recording, _detections, _clutter, _false_positive_density, _injections)
     return [problem for check in checks for problem in check(scenario)]
 
 
-def _area(scenario: Scenario) -> list[Problem]:
+def _area(scenario: ScenarioFields) -> list[Problem]:
     x_min, x_max, y_min, y_max = scenario.area
     text = "expected [x_min, x_max, y_min, y_max] with x_min < x_max and y_min < y_max, or the area is zero"
     return [] if x_min < x_max and y_min < y_max else [Problem(("area",), list(scenario.area), text)]
 
 
-def _recording(scenario: Scenario) -> list[Problem]:
+def _recording(scenario: ScenarioFields) -> list[Problem]:
     recording = scenario.recording()
     traffic = scenario.team.placement == "traffic"
     if recording is None:
         text = "expected a recording in targets.data to place the agents by"
         return [Problem(("team", "placement"), "traffic", text)] if traffic else []
-    found: list[Problem] = []
+    problems: list[Problem] = []
     if scenario.horizon > (frames := len(recording.times)):
         text = f"expected at most {frames}, the frames of the recording, or null for all of them"
-        found.append(Problem(("horizon",), scenario.horizon, text))
+        problems.append(Problem(("horizon",), scenario.horizon, text))
     if traffic and recording.n_positions < scenario.n_agents:
         text = f"expected a recording of at least {scenario.n_agents} different positions, one per agent"
-        found.append(Problem(("team", "placement"), "traffic", text))
-    return found
+        problems.append(Problem(("team", "placement"), "traffic", text))
+    return problems
 
 
-def _detections(scenario: Scenario) -> list[Problem]:
+def _detections(scenario: ScenarioFields) -> list[Problem]:
     slots, detections = scenario.injection.slots, scenario.sensor.max_detections
     text = f"expected at least injection.slots ({slots})"
     return [] if detections >= slots else [Problem(("sensor", "max_detections"), detections, text)]
 
 
-def _clutter(scenario: Scenario) -> list[Problem]:
+def _clutter(scenario: ScenarioFields) -> list[Problem]:
     detections = scenario.sensor.max_detections
     most = min(detections, MAX_CLUTTER)
     limit = f"sensor.max_detections ({most})" if most == detections else f"{most}"
@@ -95,7 +92,7 @@ def _clutter(scenario: Scenario) -> list[Problem]:
     return []
 
 
-def _false_positive_density(scenario: Scenario) -> list[Problem]:
+def _false_positive_density(scenario: ScenarioFields) -> list[Problem]:
     if scenario.tracker.beta_fp is not None:
         return []
     for k, entry in enumerate(scenario.entries):
@@ -106,16 +103,16 @@ def _false_positive_density(scenario: Scenario) -> list[Problem]:
     return []
 
 
-def _injections(scenario: Scenario) -> list[Problem]:
-    found: list[Problem] = []
+def _injections(scenario: ScenarioFields) -> list[Problem]:
+    problems: list[Problem] = []
     given: Counter[int] = Counter()
     for i, injection in enumerate(scenario.injections):
         k = injection.agent
         given[k] += 1
         if k >= scenario.n_agents:
             text = f"expected the index of an agent, 0 to {scenario.n_agents - 1}"
-            found.append(Problem(("injections", i, "agent"), k, text))
+            problems.append(Problem(("injections", i, "agent"), k, text))
         elif given[k] > (budget := scenario.budget_of(scenario.entries[k]).injections):
             text = f"expected at most {budget} injections of {scenario.agent_names[k]}, its budget per frame"
-            found.append(Problem(("injections", i, "agent"), k, text))
-    return found
+            problems.append(Problem(("injections", i, "agent"), k, text))
+    return problems

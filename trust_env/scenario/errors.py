@@ -1,4 +1,4 @@
-"""What is wrong with a scenario, told with the file, the field, the value and what was expected."""
+"""Errors of scenarios: the file, the line, the field, the value and what was expected."""
 
 from __future__ import annotations
 
@@ -11,24 +11,26 @@ from pydantic import BaseModel, ValidationError
 
 from trust_env.errors import suggestion
 
-Location = tuple[str | int, ...]
+Location = tuple[str | int, ...]  # the path to a field: ("agents", 0, "fov")
+Origin = tuple[str, int]  # where a field was written: file and line, or what is no file and 0
 MISSING: Final = object()  # the value of a field that is not there
+OVERRIDE: Final = "override"  # the origin of fields that an override sets
 
 
 class ScenarioError(ValueError):
-    """A scenario that cannot be used; `problems` has one line for each thing that is wrong."""
+    """An unusable scenario; `problems` has a line for everything that is wrong."""
 
     def __init__(self, problems: Iterable[str]):
         self.problems = tuple(problems)
         super().__init__("\n".join(self.problems))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.problems,)  # else a copy would take the text for a list of letters
+        return type(self), (self.problems,)  # else a copy would iterate over the characters of the message
 
 
 @dataclass(frozen=True)
 class Problem:
-    """One field that is wrong: where it stands, what it holds, what was expected."""
+    """One field that is wrong: its location, its value, what was expected."""
 
     location: Location
     value: object
@@ -40,30 +42,35 @@ class Problem:
 
 @dataclass(frozen=True)
 class Origins:
-    """Where each field was written: `places[location]` is a file and a line, or ("override", 0)."""
+    """Where each field was written; what is not listed was written with the mapping or list that holds it."""
 
     source: str  # what the user named: a file, a built-in scenario, "mapping"
-    places: dict[Location, tuple[str, int]] = field(default_factory=dict)
+    by_location: dict[Location, Origin] = field(default_factory=dict)
+
+    @classmethod
+    def in_file(cls, source: str, file: str, lines: Mapping[Location, int]) -> Origins:
+        return cls(source, {location: (file, line) for location, line in lines.items()})
 
     def error(self, problems: Iterable[Problem]) -> ScenarioError:
-        return ScenarioError(self._told(problem) for problem in problems)
+        return ScenarioError(self._format(problem) for problem in problems)
 
-    def place(self, location: Location) -> str:
+    def describe(self, location: Location) -> str:
         """`my.yaml, line 3`, or the source alone where the field was written elsewhere."""
-        file, line = self._written(location)
+        file, line = self._origin_of(location)
         return f"{file}, line {line}" if line and file == self.source else self.source
 
-    def _told(self, problem: Problem) -> str:
+    def _format(self, problem: Problem) -> str:
         """One line: `my.yaml, line 3: tracker.gate = 1.5: expected a number below 1`."""
-        value = "" if problem.value is MISSING else f" = {shown(problem.value)}"
-        file, line = self._written(problem.location)
+        at = problem.location
+        value = "" if problem.value is MISSING else f" = {format_value(problem.value)}"
+        file, line = self._origin_of(at)
         elsewhere = f" (from {file}, line {line})" if line else f" ({file})"
         note = "" if file == self.source else elsewhere
-        return f"{self.place(problem.location)}: {dotted(problem.location)}{value}{note}: {problem.expected}"
+        return f"{self.describe(at)}: {dotted(at)}{value}{note}: {problem.expected}"
 
-    def _written(self, location: Location) -> tuple[str, int]:
+    def _origin_of(self, location: Location) -> Origin:
         above = (location[:n] for n in range(len(location), 0, -1))
-        return next((self.places[at] for at in above if at in self.places), (self.source, 0))
+        return next((self.by_location[at] for at in above if at in self.by_location), (self.source, 0))
 
 
 def dotted(location: Location) -> str:
@@ -72,24 +79,24 @@ def dotted(location: Location) -> str:
     return text.removeprefix(".")
 
 
-def shown(value: object) -> str:
-    """A value as it may stand in a message, cut where it gets long."""
-    text = "null" if value is None else repr(_as_written(value))
+def format_value(value: object) -> str:
+    """A value as messages show it, cut where it gets long."""
+    text = "null" if value is None else repr(_tuples_to_lists(value))
     return text if len(text) <= 200 else f"{text[:197]}..."
 
 
-def _as_written(value: object) -> object:
-    return [_as_written(v) for v in value] if isinstance(value, (list, tuple)) else value
+def _tuples_to_lists(value: object) -> object:
+    return [_tuples_to_lists(v) for v in value] if isinstance(value, (list, tuple)) else value
 
 
 def problems_of(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
-    """Pydantic's findings in our words; validators of ours hand over their own `problems` as context."""
-    found: list[Problem] = []
+    """A validation error as problems; those that our own validators raise come as its context."""
+    problems: list[Problem] = []
     for entry in error.errors(include_url=False):
         at = tuple(entry["loc"])
         own: Iterable[Problem] = entry.get("ctx", {}).get("problems", ())
-        found += [problem.within(at) for problem in own] or [_problem(at, entry, model)]
-    return found
+        problems += [problem.within(at) for problem in own] or [_problem(at, entry, model)]
+    return problems
 
 
 def _problem(at: Location, entry: Mapping[str, Any], model: type[BaseModel]) -> Problem:
@@ -123,7 +130,7 @@ _EXPECTED = {
 
 
 def _fields_at(model: type[BaseModel], location: Location) -> list[str]:
-    """The field names of the model that stands at a location below `model`."""
+    """The field names of the model at a location below `model`."""
     for name in location:
         if isinstance(name, str):
             model = _model_in(model.model_fields[name].annotation) or model

@@ -1,4 +1,4 @@
-"""The parts of a scenario that are not about agents; `scenarios/base.yaml` documents and sets every field."""
+"""Parts of a scenario other than agents; `builtin/base.yaml` explains every field and has its default."""
 
 from __future__ import annotations
 
@@ -18,29 +18,35 @@ from trust_env.scenario.types import (
     Range,
     Real,
     Size,
-    refuse,
+    raise_problems,
 )
 
 
 class InjectionRules(Part):
+    """False positives that agents may add to their reports."""
+
     slots: Count  # M
     adversary: Count | None  # budget per frame; null: all slots
     benign: Count | None
 
 
 class SuppressionRules(Part):
+    """Own detections that agents may withhold."""
+
     adversary: Count | None  # budget per frame; null: all detections
     benign: Count | None
 
 
 class CaseInjection(Part):
-    """A false positive that belongs to the case: the agent that reports it, and where."""
+    """A false positive that belongs to the scenario: the agent that reports it, and its position."""
 
     agent: Count
     position: Point  # m
 
 
 class Targets(Part):
+    """Simulated targets, targets with fixed starts, or recorded ones."""
+
     slots: Count  # N
     initial: Probability  # that a slot is filled at reset
     birth_rate: Probability  # per frame and empty slot
@@ -52,7 +58,7 @@ class Targets(Part):
     data: str | None  # path of a CSV file
 
     @model_validator(mode="after")
-    def _agree(self) -> Targets:
+    def _consistent(self) -> Targets:
         problems: list[Problem] = []
         if self.speed[0] > self.speed[1]:
             problems.append(Problem(("speed",), list(self.speed), "expected [min, max] with min <= max"))
@@ -61,11 +67,13 @@ class Targets(Part):
             problems.append(Problem(("velocities",), self.velocities, text))
         if self.positions is not None and self.data is not None:
             problems.append(Problem(("data",), self.data, "expected null, as positions are given"))
-        refuse(problems)
+        raise_problems(problems)
         return self
 
 
 class Tracker(Part):
+    """The central tracker and what it believes; the agents' local trackers are the same."""
+
     p_detect: OpenProbability
     beta_fp: Positive | None  # per m^2; null: the sensor's clutter density
     beta_nt: Positive | None  # per m^2; null: 1e-3 beta_fp
@@ -86,31 +94,36 @@ class Tracker(Part):
     max_local_tracks: Size  # L
 
     @model_validator(mode="after")
-    def _agree(self) -> Tracker:
+    def _consistent(self) -> Tracker:
         problems: list[Problem] = []
         if self.confirm_m > self.confirm_n:
             text = f"expected at most confirm_n ({self.confirm_n})"
             problems.append(Problem(("confirm_m",), self.confirm_m, text))
         if self.alpha + self.beta >= 1:
-            problems.append(
-                Problem(("beta",), self.beta, f"expected alpha + beta below 1 (alpha is {self.alpha})")
-            )
-        refuse(problems)
+            text = f"expected alpha + beta below 1 (alpha is {self.alpha})"
+            problems.append(Problem(("beta",), self.beta, text))
+        raise_problems(problems)
         return self
 
 
 class EvidenceRules(Part):
+    """Distances at which an agent counts as detecting or as holding a track."""
+
     near_distance: Positive | None  # m; null: the gate alone decides
     hold_distance: Positive  # m
 
 
 class Reward(Part):
+    """Weights of an adversary's reward."""
+
     false_track: Real
     missing_target: Real
     lost_trust: Real
 
 
 class Metrics(Part):
+    """Parameters of the metrics."""
+
     match_distance: Positive  # m
     cutoff: Positive  # m, c of GOSPA and OSPA
     order: Annotated[Real, Field(ge=1)]  # p

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from trust_env.scenario.recording_csv import Samples, read_samples
 
-_MOST_POSITIONS = 50_000_000
-_SAME_TIME = 1e-4  # frames: times since 1970 are rounded
+MAX_POSITIONS = 50_000_000
+TIME_TOLERANCE = 1e-4  # frames: times since 1970 are rounded
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class Recording:
 
     @property
     def n_positions(self) -> int:
-        """How many different positions there are."""
+        """Number of different positions."""
         present = self.positions[~np.isnan(self.positions[..., 0])]
         return len(np.unique(present, axis=0))
 
@@ -49,7 +49,7 @@ def cached_recording(path: str, dt: float) -> Recording:
     try:
         stat = Path(path).stat()
     except OSError:
-        return read_recording(path, dt)  # says what is wrong
+        return read_recording(path, dt)  # raises the error that explains it
     return _read_once(path, stat.st_mtime_ns, stat.st_size, dt)
 
 
@@ -62,23 +62,23 @@ def read_recording(path: str | Path, dt: float, max_gap: float = 60.0) -> Record
     """Read a CSV file; between samples at most `max_gap` seconds apart positions are interpolated."""
     samples, geographic = read_samples(path)
     # Receivers repeat an aircraft's last position until they hear a new one; in a plain file things may rest.
-    samples = {name: _ordered(rows, drop_repeated=geographic) for name, rows in samples.items()}
-    kept = {name: rows for name, rows in samples.items() if len(rows) > 1}
-    if not kept:
-        text = f"every trajectory has one position only ({_listed(samples)})"
+    samples = {name: _sort_by_time(rows, drop_repeated=geographic) for name, rows in samples.items()}
+    trajectories = {name: rows for name, rows in samples.items() if len(rows) > 1}
+    if not trajectories:
+        text = f"every trajectory has one position only ({_first_names(samples)})"
         raise ValueError(f"{path}: {text}; expected two or more of one id")
-    grid = _grid(kept, dt, str(path))
+    grid = _grid(trajectories, dt, str(path))
     if geographic:
-        kept = _projected(kept)
-    gridded = {name: _on_grid(rows, grid, max_gap) for name, rows in kept.items()}
-    shown = {name: positions for name, positions in gridded.items() if not np.isnan(positions).all()}
-    positions = np.stack(list(shown.values()), axis=1)
+        trajectories = _project(trajectories)
+    resampled = {name: _resample(rows, grid, max_gap) for name, rows in trajectories.items()}
+    visible = {name: positions for name, positions in resampled.items() if not np.isnan(positions).all()}
+    positions = np.stack(list(visible.values()), axis=1)
     for array in (grid, positions):
         array.flags.writeable = False
-    return Recording(grid, tuple(shown), positions, tuple(sorted(samples.keys() - shown.keys())))
+    return Recording(grid, tuple(visible), positions, tuple(sorted(samples.keys() - visible.keys())))
 
 
-def _ordered(rows: NDArray[np.float64], drop_repeated: bool) -> NDArray[np.float64]:
+def _sort_by_time(rows: NDArray[np.float64], drop_repeated: bool) -> NDArray[np.float64]:
     """Rows by time; of several at one time the one written last, of repeated positions the first."""
     newest_first = rows[::-1]
     rows = newest_first[np.unique(newest_first[:, 0], return_index=True)[1]]
@@ -86,7 +86,7 @@ def _ordered(rows: NDArray[np.float64], drop_repeated: bool) -> NDArray[np.float
     return rows[np.concatenate([[True], moved])] if drop_repeated else rows
 
 
-def _projected(samples: Samples) -> Samples:
+def _project(samples: Samples) -> Samples:
     """Azimuthal equidistant plane about the centre of all positions: x east, y north, m."""
     from pyproj import CRS, Transformer
 
@@ -103,18 +103,18 @@ def _grid(samples: Samples, dt: float, path: str) -> NDArray[np.float64]:
     """[T], s, from the first sample on."""
     start = min(rows[0, 0] for rows in samples.values())
     duration = max(rows[-1, 0] for rows in samples.values()) - start
-    frames = math.floor(duration / dt + _SAME_TIME) + 1
+    frames = math.floor(duration / dt + TIME_TOLERANCE) + 1
     if frames < 2:
         raise ValueError(f"{path}: the recording lasts {duration:g} s; expected at least one dt ({dt:g} s)")
-    if frames * len(samples) > _MOST_POSITIONS:
+    if frames * len(samples) > MAX_POSITIONS:
         text = f"the recording lasts {duration:g} s, {frames} frames of dt = {dt:g} s"
         raise ValueError(f"{path}: {text}; expected less (are the times in seconds?)")
     return start + np.arange(frames) * dt
 
 
-def _on_grid(rows: NDArray[np.float64], grid: NDArray[np.float64], max_gap: float) -> NDArray[np.float64]:
+def _resample(rows: NDArray[np.float64], grid: NDArray[np.float64], max_gap: float) -> NDArray[np.float64]:
     """[T, 2], m: linear between samples at most `max_gap` apart, NaN elsewhere."""
-    times, tolerance = rows[:, 0], _SAME_TIME * (grid[1] - grid[0])
+    times, tolerance = rows[:, 0], TIME_TOLERANCE * (grid[1] - grid[0])
     values = np.column_stack([np.interp(grid, times, rows[:, 1]), np.interp(grid, times, rows[:, 2])])
     after = np.clip(np.searchsorted(times, grid), 1, len(times) - 1)
     earlier, later = times[after - 1], times[after]
@@ -124,6 +124,6 @@ def _on_grid(rows: NDArray[np.float64], grid: NDArray[np.float64], max_gap: floa
     return np.where((inside & (bridged | sampled))[:, None], values, np.nan)
 
 
-def _listed(names: Samples) -> str:
+def _first_names(names: Samples) -> str:
     first = list(names)[:5]
     return ", ".join(first) + (f" and {len(names) - len(first)} more" if len(names) > len(first) else "")

@@ -1,4 +1,4 @@
-"""Samples of trajectories from a CSV file, with the line in every complaint."""
+"""Samples of trajectories from a CSV file; every error names the line."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def _samples(rows: Rows, path: str) -> tuple[Samples, bool]:
     if not header:
         raise ValueError(f"{path}: the file is empty; expected a header such as {','.join(_PLAIN)}")
     names = [name.lower() for name in header]
-    form = _form(names, f"{path}, line {header_line}")
+    form = _columns_of(names, f"{path}, line {header_line}")
     columns = [names.index(name) for name in form]
     found: dict[str, list[list[float]]] = {}
     for line, row in rows:
@@ -61,24 +61,24 @@ def _samples(rows: Rows, path: str) -> tuple[Samples, bool]:
     return {name: np.array(values) for name, values in found.items()}, form is _OPENSKY
 
 
-def _form(names: list[str], place: str) -> tuple[str, ...]:
-    """Which of the two forms a header has."""
+def _columns_of(names: list[str], where: str) -> tuple[str, ...]:
+    """The columns to read: those of the form that a header has."""
     for form in (_OPENSKY, _PLAIN):
         if set(form) <= set(names):
             return form
-    meant = max((_OPENSKY, _PLAIN), key=lambda form: len(set(form) & set(names)))
-    lacking = ", ".join(name for name in meant if name not in names)
+    closest = max((_OPENSKY, _PLAIN), key=lambda form: len(set(form) & set(names)))
+    missing = ", ".join(name for name in closest if name not in names)
     forms = f"{', '.join(_OPENSKY)} (OpenSky state vectors) or {', '.join(_PLAIN)} (seconds, metres)"
-    raise ValueError(f"{place}: no column {lacking}; expected {forms}, found {', '.join(names)}")
+    raise ValueError(f"{where}: no column {missing}; expected {forms}, found {', '.join(names)}")
 
 
-def _number(column: str, cell: str, place: str) -> float:
+def _number(column: str, cell: str, where: str) -> float:
     try:
         value = float(cell)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise ValueError(f"{place}: {column} = {cell!r}: expected a finite number")
-    if abs(value) > (most := _DEGREES.get(column, math.inf)):
-        raise ValueError(f"{place}: {column} = {cell}: expected degrees from -{most:g} to {most:g}")
+        raise ValueError(f"{where}: {column} = {cell!r}: expected a finite number")
+    if abs(value) > (limit := _DEGREES.get(column, math.inf)):
+        raise ValueError(f"{where}: {column} = {cell}: expected degrees from -{limit:g} to {limit:g}")
     return value

@@ -1,18 +1,11 @@
-"""The description of worlds: types, bounds and errors; every default stands in `scenarios/base.yaml`."""
+"""The fields of a scenario, and the agents that follow from them; `builtin/base.yaml` has every default."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
-from pydantic import ValidationError, model_validator
-
-from trust_env.scenario import checks as scenario_checks
 from trust_env.scenario.agents import Agent, AgentEntry, Belief, Budget, Role, Sensor, Team
-from trust_env.scenario.errors import Origins, ScenarioError, problems_of
 from trust_env.scenario.fov import Fov
-from trust_env.scenario.overrides import Layer, override, plain, refuse_idle
 from trust_env.scenario.parts import (
     CaseInjection,
     EvidenceRules,
@@ -23,19 +16,13 @@ from trust_env.scenario.parts import (
     Targets,
     Tracker,
 )
-from trust_env.scenario.recorded import filled, traffic_centres
-from trust_env.scenario.sources import defaults, read_source, scenarios
-from trust_env.scenario.types import Area, Part, Point, Positive, Size, refuse
-from trust_env.scenario.yaml_lines import write_yaml
-
-if TYPE_CHECKING:
-    from trust_env.scenario.recording import Recording
-
-__all__ = ["Agent", "Fov", "Scenario", "ScenarioError", "load_scenario", "scenario_fields", "scenarios"]
+from trust_env.scenario.recording import Recording, cached_recording
+from trust_env.scenario.traffic import traffic_centres
+from trust_env.scenario.types import Area, Part, Point, Positive, Size
 
 
-class Scenario(Part):
-    """All fields of a scenario, made by `load_scenario`; `scenarios/base.yaml` explains each."""
+class ScenarioFields(Part):
+    """All fields of a scenario, each within its own bounds; `builtin/base.yaml` explains each."""
 
     name: str
     description: str
@@ -58,12 +45,6 @@ class Scenario(Part):
     reward: Reward
     metrics: Metrics
 
-    @model_validator(mode="after")
-    def _agree(self) -> Scenario:
-        refuse(scenario_checks.agent_problems(self))  # first: the other checks need agents
-        refuse(scenario_checks.problems(self))
-        return self
-
     @property
     def entries(self) -> tuple[AgentEntry, ...]:
         """The agents as listed, or as the team makes them; [K]."""
@@ -85,12 +66,12 @@ class Scenario(Part):
         return tuple(f"{role}_{self.roles[:k].count(role)}" for k, role in enumerate(self.roles))
 
     def agent(self, k: int) -> Agent:
-        """Agent k with everything filled in."""
+        """Agent k with all its fields resolved."""
         entry = self.entries[k]
         return Agent(
             name=self.agent_names[k],
             role=entry.role,
-            position=self._placed(k) if entry.position is None else entry.position,
+            position=self._position_of(k) if entry.position is None else entry.position,
             heading=entry.heading,
             fov=self.fov_of(entry),
             sensor=self.sensor_of(entry),
@@ -99,14 +80,14 @@ class Scenario(Part):
         )
 
     def fov_of(self, entry: AgentEntry) -> Fov:
-        return Fov.model_validate(_differing(self.fov, entry.fov))
+        return Fov.model_validate(_apply_difference(self.fov, entry.fov))
 
     def sensor_of(self, entry: AgentEntry) -> Sensor:
-        return Sensor.model_validate(_differing(self.sensor, entry.sensor))
+        return Sensor.model_validate(_apply_difference(self.sensor, entry.sensor))
 
     def belief_of(self, entry: AgentEntry) -> Belief:
-        """What the centre believes: of this agent, else of all, else what is true of its clutter."""
-        believed = _differing(self.tracker, entry.belief)
+        """What the centre believes of the agent, else of all agents, else its true clutter density."""
+        believed = _apply_difference(self.tracker, entry.belief)
         beta_fp = believed["beta_fp"] or self.sensor_of(entry).clutter_density
         beta_nt = believed["beta_nt"] or 1e-3 * beta_fp
         return Belief(p_detect=believed["p_detect"], beta_fp=beta_fp, beta_nt=beta_nt)
@@ -123,8 +104,8 @@ class Scenario(Part):
             **{name: most if own[name] is None else min(own[name], most) for name, most in slots.items()}
         )
 
-    def _placed(self, k: int) -> Point | None:
-        """m, where `team.placement` puts agent k; None when every reset draws it."""
+    def _position_of(self, k: int) -> Point | None:
+        """m, the position of agent k by `team.placement`; None when every reset draws it."""
         x_min, x_max, y_min, y_max = self.area
         if self.team.placement == "together":
             return (x_min + x_max) / 2, (y_min + y_max) / 2
@@ -133,51 +114,12 @@ class Scenario(Part):
 
     def recording(self) -> Recording | None:
         """The recorded trajectories on the grid of `dt`, or None when targets are simulated."""
-        if self.targets.data is None:
-            return None
-        from trust_env.scenario.recording import cached_recording
-
-        return cached_recording(self.targets.data, self.dt)
-
-    def to_yaml(self) -> str:
-        """The whole scenario as YAML that `load_scenario` reads back."""
-        return write_yaml(self.model_dump(mode="json"))
+        return None if self.targets.data is None else cached_recording(self.targets.data, self.dt)
 
 
-def _differing(default: Part, difference: Part | None) -> dict[str, Any]:
-    """The default's fields with those that an agent has different."""
+def _apply_difference(default: Part, difference: Part | None) -> dict[str, Any]:
+    """The fields of the default, those of the difference in place of its own."""
     own = {} if difference is None else difference.model_dump(exclude_none=True)
     if ("sigma" in own) != ("noise_cov" in own):  # either replaces both
         own = {"sigma": None, "noise_cov": None} | own
     return default.model_dump() | own
-
-
-Source = str | Path | Mapping[str, Any] | Scenario
-
-
-def load_scenario(source: Source, /, **overrides: Any) -> Scenario:
-    """A scenario from a built-in name, `patrol(horizon=50)`, a path ending in .yaml, a mapping or a scenario.
-
-    Overrides name a field by its dotted path (`**{"tracker.gate": 0.95}`) or by a last name that fits one
-    field only (`gate=0.95`). Raises ScenarioError, a ValueError, that lists everything that is wrong.
-    """
-    layer = _layer(source, overrides)
-    refuse_idle(layer)
-    layer = filled(layer)
-    try:
-        return Scenario.model_validate(layer.fields)
-    except ValidationError as error:
-        raise layer.origins.error(problems_of(error, Scenario)) from None
-
-
-def scenario_fields(source: Source, /, **overrides: Any) -> dict[str, Any]:
-    """All fields of a source as written, unchecked; null where a recording, given later, will decide."""
-    return _layer(source, overrides).fields
-
-
-def _layer(source: Source, overrides: Mapping[str, Any]) -> Layer:
-    if isinstance(source, Scenario):
-        layer = Layer(plain(source.model_dump()), Origins(source.name))
-    else:
-        layer = read_source(source)
-    return override(layer, overrides, defaults())

@@ -1,4 +1,4 @@
-"""From a built-in name, a YAML file or a mapping to all fields: its own over those of its base."""
+"""Sources: what a built-in name, a YAML file, a mapping or a scenario says, as layers over `base.yaml`."""
 
 from __future__ import annotations
 
@@ -12,9 +12,13 @@ from typing import Any
 
 from trust_env.errors import unknown_name
 from trust_env.scenario.errors import Location, Origins, Problem, ScenarioError
-from trust_env.scenario.overrides import Layer, absolute_data, over, override, places, plain
+from trust_env.scenario.layers import Layer, absolute_data, locations, to_builtin
+from trust_env.scenario.overrides import override_layer
+from trust_env.scenario.scenario import Scenario
 from trust_env.scenario.yaml_lines import read_yaml
 from trust_env.spec import parse
+
+Source = str | Path | Mapping[str, Any] | Scenario
 
 _FILE = re.compile(r"(?P<path>.*\.ya?ml)\s*(?P<call>\(.*\))?", re.DOTALL | re.IGNORECASE)
 _BUILT_IN = resources.files("trust_env.scenario") / "builtin"
@@ -26,22 +30,27 @@ def scenarios() -> tuple[str, ...]:
     return tuple(sorted(n.stem for n in names if n.suffix == ".yaml" and n.stem != "base"))
 
 
-def defaults() -> Mapping[str, Any]:
-    """The fields of `base.yaml`: every field there is."""
-    return _packaged("base")[0]
+def read_layers(source: Source, overrides: Mapping[str, Any]) -> list[Layer]:
+    """The layers of a source, the lowest first, and over them the overrides: as written, unchecked."""
+    return _overridden(_read_source(source), overrides)
 
 
-def read_source(source: str | Path | Mapping[str, Any]) -> Layer:
-    """All fields of a source, as written: neither checked nor filled from a recording."""
+def _read_source(source: Source) -> list[Layer]:
+    if isinstance(source, Scenario):  # has all fields, so that it needs no base
+        return [Layer(to_builtin(source.model_dump()), Origins(source.name))]
     if isinstance(source, Mapping):
-        fields = plain(source)
-        return _over_base(fields, Origins("mapping", places(fields, "mapping")), Path.cwd(), ())
+        fields = to_builtin(source)
+        return _over_base(Layer(fields, Origins("mapping", locations(fields, "mapping"))), Path.cwd(), ())
     if isinstance(source, (str, Path)):
-        return _named(str(source), Path.cwd(), ())
+        return _read_named(str(source), Path.cwd(), ())
     raise ScenarioError([f"{source!r}: expected a scenario's name, a path ending in .yaml or a mapping"])
 
 
-def _named(source: str, folder: Path, chain: tuple[str, ...]) -> Layer:
+def _overridden(layers: list[Layer], overrides: Mapping[str, Any]) -> list[Layer]:
+    return [*layers, override_layer(overrides, _packaged("base")[0], layers[-1].origins.source)]
+
+
+def _read_named(source: str, folder: Path, chain: tuple[str, ...]) -> list[Layer]:
     """A built-in name or a path, either with overrides in brackets behind it."""
     file = _FILE.fullmatch(source.strip())
     try:
@@ -49,17 +58,16 @@ def _named(source: str, folder: Path, chain: tuple[str, ...]) -> Layer:
     except ValueError as fault:
         hint = "" if file else "; a file's name ends in .yaml"
         raise ScenarioError([f"{fault}{hint}"]) from None
-    layer = _file(file["path"], folder, chain) if file else _built_in(spec.name)
-    return override(layer, spec.params, defaults())
+    layers = _read_file(file["path"], folder, chain) if file else _read_built_in(spec.name)
+    return _overridden(layers, spec.params)
 
 
-def _built_in(name: str) -> Layer:
+def _read_built_in(name: str) -> list[Layer]:
     if name not in (*scenarios(), "base"):
         raise ScenarioError([f"{unknown_name('scenario', name, scenarios())}; a file's name ends in .yaml"])
     fields, lines = _packaged(name)
-    origins = Origins(name, {location: (f"{name}.yaml", line) for location, line in lines.items()})
-    fields = copy.deepcopy(fields)
-    return Layer(fields, origins) if name == "base" else _over_base(fields, origins, Path.cwd(), ())
+    layer = Layer(copy.deepcopy(fields), Origins.in_file(name, f"{name}.yaml", lines))
+    return [layer] if name == "base" else _over_base(layer, Path.cwd(), ())
 
 
 @functools.cache
@@ -67,7 +75,8 @@ def _packaged(name: str) -> tuple[dict[str, Any], dict[Location, int]]:
     return read_yaml((_BUILT_IN / f"{name}.yaml").read_text(encoding="utf-8"), f"{name}.yaml")
 
 
-def _file(name: str, folder: Path, chain: tuple[str, ...]) -> Layer:
+def _read_file(name: str, folder: Path, chain: tuple[str, ...]) -> list[Layer]:
+    """The layers of a file; `chain` are the files that led here, each as the base of the one before."""
     path = (folder / Path(name).expanduser()).resolve()
     if str(path) in chain:
         circle = (*chain[chain.index(str(path)) :], str(path))
@@ -75,8 +84,7 @@ def _file(name: str, folder: Path, chain: tuple[str, ...]) -> Layer:
         raise ScenarioError([f"{name}: the files name each other as base, in a circle: {names}"])
     fields, lines = read_yaml(_text(path, name), name)
     fields.setdefault("name", path.stem)
-    origins = Origins(name, {location: (name, line) for location, line in lines.items()})
-    return _over_base(fields, origins, path.parent, (*chain, str(path)))
+    return _over_base(Layer(fields, Origins.in_file(name, name, lines)), path.parent, (*chain, str(path)))
 
 
 def _text(path: Path, name: str) -> str:
@@ -89,14 +97,16 @@ def _text(path: Path, name: str) -> str:
         raise ScenarioError([f"{name}: {reason}; expected a YAML file (looked for {path})"]) from None
 
 
-def _over_base(fields: dict[str, Any], origins: Origins, folder: Path, chain: tuple[str, ...]) -> Layer:
-    base = fields.pop("base", "base")
+def _over_base(layer: Layer, folder: Path, chain: tuple[str, ...]) -> list[Layer]:
+    """The layers of the base that a layer names, else of `base.yaml`, and that layer over them."""
+    fields = {name: value for name, value in layer.fields.items() if name != "base"}
+    base = layer.fields.get("base", "base")
     if not isinstance(base, str):
         expected = "expected the name of a scenario or a path ending in .yaml"
-        raise origins.error([Problem(("base",), base, expected)])
+        raise layer.origins.error([Problem(("base",), base, expected)])
     try:
-        below = _named(base, folder, chain)
-    except ScenarioError as fault:
-        raise ScenarioError(f"{origins.place(('base',))}: base: {text}" for text in fault.problems) from None
-    absolute_data(fields, folder)
-    return over(below, fields, origins)
+        below = _read_named(base, folder, chain)
+    except ScenarioError as error:
+        prefix = layer.origins.describe(("base",))
+        raise ScenarioError(f"{prefix}: base: {text}" for text in error.problems) from None
+    return [*below, Layer(absolute_data(fields, folder), layer.origins)]

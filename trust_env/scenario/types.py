@@ -1,4 +1,4 @@
-"""The kinds of values in scenarios: no NaN, no infinity; text and yes/no do not pass for numbers."""
+"""Types of the values in scenarios: numbers are finite; text and booleans do not count as numbers."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from trust_env.scenario.errors import Problem
 
 
 class Part(BaseModel):
-    """A mapping of `scenarios/base.yaml`: unknown fields are refused, and nothing changes after loading."""
+    """A mapping of `builtin/base.yaml`: unknown fields are errors, and nothing changes after loading."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-def refuse(problems: list[Problem]) -> None:
-    """Raise what a validator found; `scenario_errors.problems_of` unpacks it."""
+def raise_problems(problems: list[Problem]) -> None:
+    """Raise what a validator found, if anything; `errors.problems_of` unpacks it."""
     if problems:
         raise PydanticCustomError("inconsistent", "inconsistent fields", {"problems": problems})
 
@@ -29,7 +29,7 @@ def _number(value: Any) -> Any:
 
 
 def list_of(count: int, content: str) -> BeforeValidator:
-    """Refuses what is not a list of `count` things, and says what they are."""
+    """A validator that accepts lists of `count` items; the error names their `content`."""
     expected = f"expected a list of {count} {content}"
 
     def check(value: Any) -> Any:

@@ -1,4 +1,4 @@
-"""YAML with the line of every field, `1e-6` as a number, and no field given twice."""
+"""YAML files read with the line of every field; `1e-6` is a number, and a field given twice is an error."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class _Loader(yaml.SafeLoader):
     pass
 
 
-# YAML 1.1 takes `1e-6` and `1.5e6` for text, as the point or the sign is missing; people write them.
+# YAML 1.1 takes `1e-6` and `1.5e6` for text, as the point or the sign is missing.
 _EXPONENT = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)[eE][-+]?[0-9]+$")
 _Loader.add_implicit_resolver("tag:yaml.org,2002:float", _EXPONENT, list("-+.0123456789"))
 
@@ -73,12 +73,12 @@ def _lines(
         yield from _lines(value, (*at, key), file, (*above, node))
 
 
-def _found(node: yaml.Node) -> str:
+def _describe(node: yaml.Node) -> str:
     return node.value if isinstance(node, yaml.ScalarNode) else "a list or a mapping"
 
 
 def _entries(node: yaml.Node, file: str) -> Iterator[tuple[str | int, int, yaml.Node]]:
-    """Key, line and value of what is in a mapping or a list."""
+    """Key, line and value of the entries of a mapping or a list."""
     if isinstance(node, yaml.SequenceNode):
         yield from ((i, item.start_mark.line + 1, item) for i, item in enumerate(node.value))
     elif isinstance(node, yaml.MappingNode):
@@ -86,9 +86,8 @@ def _entries(node: yaml.Node, file: str) -> Iterator[tuple[str | int, int, yaml.
         for key, value in node.value:
             name, line = key.value, key.start_mark.line + 1
             if key.tag not in _NAMES:
-                raise ScenarioError(
-                    [f"{file}, line {line}: expected the name of a field, found {_found(key)}"]
-                )
+                text = f"{file}, line {line}: expected the name of a field, found {_describe(key)}"
+                raise ScenarioError([text])
             if name in first:
                 text = f"{file}, line {line}: {name} is given twice (first in line {first[name]})"
                 raise ScenarioError([text])

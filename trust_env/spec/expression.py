@@ -1,7 +1,7 @@
-"""One way to name things: `trust`, `trust(preset=cdc2024)`, `my_file.py:MyDefense(window=9)`.
+"""Specs, names with parameters: `trust`, `trust(preset=cdc2024)`, `my_file.py:MyDefense(window=9)`.
 
-A spec is a Python call expression with literal arguments. It is read, never evaluated: bare names are
-strings, and a nested spec such as `inner=false_positive(n=2)` stays text for whoever receives it.
+A spec is a Python call expression with literal arguments. It is parsed, never evaluated: bare names are
+strings, and a nested spec such as `inner=false_positive(n=2)` stays text, for its receiver to parse.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from trust_env.spec.files import load_from_file
-from trust_env.spec.splitting import fault_of, pieces
+from trust_env.spec.splitting import bracket_fault, split_at_commas
 
 _FORM = "name, name(key=value, ...) or file.py:Name(key=value, ...)"
 _SPEC = re.compile(
-    r"""(?: (?P<path> [^()"',=]+ \.py ) : )?   # the file of the user's that defines it
+    r"""(?: (?P<path> [^()"',=]+ \.py ) : )?   # the user's file that defines it
         (?P<name> [A-Za-z_]\w* )
         \s* (?: \( (?P<arguments> .* ) \) )?""",
     re.DOTALL | re.VERBOSE,
@@ -36,91 +36,91 @@ class Spec:
 
     def __str__(self) -> str:
         head = f"{self.path}:{self.name}" if self.path else self.name
-        arguments = ", ".join(f"{key}={_written(value, _value)}" for key, value in self.params.items())
+        arguments = ", ".join(f"{key}={_format_value(v, _parse_value)}" for key, v in self.params.items())
         return f"{head}({arguments})" if arguments else head
 
 
 def parse(text: str) -> Spec:
-    """Read one spec; the ValueError says what is wrong and what was expected."""
+    """The spec that a text holds; the ValueError says what is wrong and what was expected."""
     if not isinstance(text, str):
         raise ValueError(f"{text!r}: expected a text: {_FORM}")
-    found = _SPEC.fullmatch(text.strip())
-    if found is None or fault_of(text):
-        raise ValueError(f"{text!r}: expected {_FORM}" + (f"; {fault_of(text)}" if fault_of(text) else ""))
+    match, fault = _SPEC.fullmatch(text.strip()), bracket_fault(text)
+    if match is None or fault:
+        raise ValueError(f"{text!r}: expected {_FORM}" + (f"; {fault}" if fault else ""))
     params: dict[str, Any] = {}
-    for argument in _pieces(found["arguments"] or "", text):
-        key, value = _argument(argument, text)
+    for argument in _split(match["arguments"] or "", text):
+        key, value = _parse_argument(argument, text)
         if key in params:
             raise ValueError(f"{text!r}: {key} is given twice")
         params[key] = value
-    return Spec(found["name"], params, found["path"])
+    return Spec(match["name"], params, match["path"])
 
 
 def split_specs(text: str) -> list[str]:
-    """`honest,false_positive(n=2, start=3)` -> its specs; commas in brackets and quotes do not split."""
-    return _pieces(text, text)
+    """The specs of a list such as `honest,false_positive(n=2, start=3)`, each as text."""
+    return _split(text, text)
 
 
 def load_object(spec: Spec) -> Any:
-    """The object that a spec with a file names; runs that file, once for as long as it stays the same."""
+    """The object that a spec with a file names; the file runs once for as long as it does not change."""
     if spec.path is None:
         raise ValueError(f"{spec.name!r} names no file; expected file.py:{spec.name}")
     return load_from_file(spec.path, spec.name)
 
 
-def _pieces(text: str, whole: str) -> list[str]:
-    fault, found = fault_of(text), pieces(text)
-    if found and not found[-1]:
-        found.pop()  # nothing at all, or a comma at the end, which Python allows
-    if fault or not all(found):
+def _split(text: str, whole: str) -> list[str]:
+    fault, parts = bracket_fault(text), split_at_commas(text)
+    if parts and not parts[-1]:
+        parts.pop()  # an empty text, or a comma at the end, which Python allows
+    if fault or not all(parts):
         raise ValueError(f"{whole!r}: {fault or 'nothing stands before a comma'}")
-    return found
+    return parts
 
 
-def _argument(text: str, whole: str) -> tuple[str, Any]:
-    found = _ARGUMENT.fullmatch(text)
-    if found is None:
+def _parse_argument(text: str, whole: str) -> tuple[str, Any]:
+    match = _ARGUMENT.fullmatch(text)
+    if match is None:
         raise ValueError(f"{whole!r}: {text!r} has no name; expected key=value")
-    key, source = found[1], found[2].strip()
+    key, source = match[1], match[2].strip()
     try:
-        return key, _value(source)
+        return key, _parse_value(source)
     except (SyntaxError, RecursionError, MemoryError):
         raise ValueError(f"{whole!r}: {key}={source}: expected {_VALUES}; put other text in quotes") from None
     except ValueError as fault:
         raise ValueError(f"{whole!r}: {key}={source}: expected {_VALUES}; {fault}") from None
 
 
-def _value(source: str) -> Any:
+def _parse_value(source: str) -> Any:
     nested = _SPEC.fullmatch(source)
     if nested and (nested["path"] or nested["arguments"] is not None):
-        parse(source)  # stays text, but is refused here when it is broken
+        parse(source)  # stays text, but has to be valid
         return source
-    return _literal(source)
+    return _parse_literal(source)
 
 
-def _literal(source: str) -> Any:
-    return _of_node(ast.parse(source, mode="eval").body, source)
+def _parse_literal(source: str) -> Any:
+    return _node_value(ast.parse(source, mode="eval").body, source)
 
 
-def _of_node(node: ast.expr | None, source: str) -> Any:
-    """The value of a literal, in which names and calls stand for their own text."""
+def _node_value(node: ast.expr | None, source: str) -> Any:
+    """The value of a literal, in which names and calls are their own text."""
     match node:
         case ast.Name() | ast.Attribute() | ast.Call():
-            return _name_or_spec(node, source)
+            return _node_text(node, source)
         case ast.List(items):
-            return [_of_node(item, source) for item in items]
+            return [_node_value(item, source) for item in items]
         case ast.Tuple(items):
-            return tuple(_of_node(item, source) for item in items)
+            return tuple(_node_value(item, source) for item in items)
         case ast.Dict(keys, values):
-            return {_key(k, source): _of_node(v, source) for k, v in zip(keys, values)}
+            return {_node_key(k, source): _node_value(v, source) for k, v in zip(keys, values)}
         case ast.Constant(value):
-            return _scalar(value)
+            return _check_scalar(value)
         case ast.UnaryOp(ast.UAdd() | ast.USub(), ast.Constant(value)) if type(value) in (int, float):
-            return _scalar(ast.literal_eval(node))
+            return _check_scalar(ast.literal_eval(node))
     raise ValueError("expressions are not evaluated")
 
 
-def _scalar(value: object) -> str | float | bool | None:
+def _check_scalar(value: object) -> str | float | bool | None:
     if isinstance(value, float) and not math.isfinite(value):
         raise ValueError("a number is not finite")
     if not isinstance(value, (str, int, float, type(None))):
@@ -128,14 +128,14 @@ def _scalar(value: object) -> str | float | bool | None:
     return value
 
 
-def _key(node: ast.expr | None, source: str) -> str | int:
-    key = _of_node(node, source)
+def _node_key(node: ast.expr | None, source: str) -> str | int:
+    key = _node_value(node, source)
     if not isinstance(key, (str, int)):
         raise ValueError("the keys of a dict are names or whole numbers")
     return key
 
 
-def _name_or_spec(node: ast.Name | ast.Attribute | ast.Call, source: str) -> str:
+def _node_text(node: ast.Name | ast.Attribute | ast.Call, source: str) -> str:
     text = ast.get_source_segment(source, node) or ""
     if isinstance(node, ast.Call):
         parse(text)
@@ -144,18 +144,18 @@ def _name_or_spec(node: ast.Name | ast.Attribute | ast.Call, source: str) -> str
     return text
 
 
-def _written(value: Any, read: Any = _literal) -> str:
-    """Text that `read` takes back to the value."""
+def _format_value(value: Any, parse_back: Any = _parse_literal) -> str:
+    """Text from which `parse_back` returns the same value."""
     match value:
         case str():
             try:
-                return value if read(value) == value else repr(value)
+                return value if parse_back(value) == value else repr(value)
             except (ValueError, SyntaxError, RecursionError, MemoryError):
                 return repr(value)
         case list():
-            return f"[{', '.join(map(_written, value))}]"
+            return f"[{', '.join(map(_format_value, value))}]"
         case tuple():
-            return f"({', '.join(map(_written, value))}{',' if len(value) == 1 else ''})"
+            return f"({', '.join(map(_format_value, value))}{',' if len(value) == 1 else ''})"
         case dict():
-            return "{" + ", ".join(f"{_written(k)}: {_written(v)}" for k, v in value.items()) + "}"
+            return "{" + ", ".join(f"{_format_value(k)}: {_format_value(v)}" for k, v in value.items()) + "}"
     return repr(value)

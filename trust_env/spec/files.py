@@ -1,4 +1,4 @@
-"""Code that the user names: the one place where a file is run."""
+"""Objects from Python files that the user names; no other code runs such files."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from trust_env.errors import unknown_name
 
 
 def load_from_file(file: str, name: str) -> Any:
-    """The object `name` of a Python file, which runs once for as long as it stays the same."""
+    """The object `name` of a Python file, which runs once for as long as it does not change."""
     path = Path(file).expanduser().resolve()
     if not path.is_file():
         raise ValueError(f"{file}:{name}: there is no file {path}")

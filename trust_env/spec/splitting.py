@@ -1,4 +1,4 @@
-"""Commas that separate, told from those inside brackets and quotes."""
+"""Text split at its commas, except those inside brackets and quotes."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from itertools import pairwise
 _CLOSING = {"(": ")", "[": "]", "{": "}"}
 
 
-def pieces(text: str) -> list[str]:
-    """The text between the commas that stand outside all brackets and quotes."""
+def split_at_commas(text: str) -> list[str]:
+    """The parts between the commas that are outside all brackets and quotes, stripped."""
     cuts = [-1, *_scan(text)[0], len(text)]
     return [text[start + 1 : stop].strip() for start, stop in pairwise(cuts)]
 
 
-def fault_of(text: str) -> str:
+def bracket_fault(text: str) -> str:
     """What is wrong with the brackets and quotes; empty when all are closed."""
     return _scan(text)[1]
 
 
 def _scan(text: str) -> tuple[list[int], str]:
-    """Where the separating commas stand, and the first fault."""
+    """Positions of the separating commas, and the first fault; empty when there is none."""
     commas: list[int] = []
     expected: list[str] = []
     quote, escaped = "", False

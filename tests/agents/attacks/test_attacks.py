@@ -26,9 +26,8 @@ from trust_env.agents import (
     sufficient_knowledge,
 )
 from trust_env.agents.attacks.detection_tracker import PATIENCE, Follower
-from trust_env.agents.fovs import Fovs
 from trust_env.parallel import parallel_env
-from trust_env.scenario import load_scenario
+from trust_env.scenario import Fovs, load_scenario
 from trust_env.spaces.action import encode_action
 from trust_env.theory import score_optimal_frames
 from trust_env.vector import VectorEnv, vector_env
@@ -733,7 +732,7 @@ class TestPlayer:
 
 
 class TestGeometry:
-    """The shapes of `agents.fovs` against those of the simulator."""
+    """`Fovs` against the simulator."""
 
     def world(self, shape: str, worlds: int = 16) -> tuple[VectorEnv, Fovs, np.ndarray]:
         agents = [{"role": "adversary"}, {"role": "benign", "heading": 1.0}]

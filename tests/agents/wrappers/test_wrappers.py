@@ -10,9 +10,8 @@ import pytest
 from gymnasium.spaces import Box, MultiDiscrete
 
 from trust_env.agents import PolicyContext
-from trust_env.agents.fovs import Fovs
 from trust_env.agents.wrappers import DEFAULT_VIEW, VIEWS, View, build_view
-from trust_env.scenario import load_scenario
+from trust_env.scenario import Fovs, load_scenario
 from trust_env.vector import VectorEnv, vector_env
 from trust_env.world.editing import INJECTION_ORIGIN
 

@@ -1,0 +1,67 @@
+"""The FOV that opens to one side, with its apex at the agent."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from trust_env.scenario.fov.circle import Circle
+from trust_env.scenario.fov.shape import FovGroup, arc, box_around, wrap_angle
+
+
+class SectorGroup(FovGroup):
+    """The FOVs of n agents that are sectors; one that opens all around is a circle."""
+
+    def contains(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        near = super().contains(u, v)
+        if (self.half_width >= np.pi).all():
+            return near
+        off_axis = wrap_angle(np.arctan2(v, u) - self.axis[:, None])
+        half = self.half_width[:, None]
+        return near & ((np.abs(off_axis) <= half) | (half >= np.pi) | ((u == 0.0) & (v == 0.0)))
+
+    def boxes(self, pose: np.ndarray) -> np.ndarray:
+        partial = self.half_width[:, None] < np.pi
+        return np.where(partial, box_around(pose, *self._extremes(pose)), super().boxes(pose))
+
+    def _extremes(self, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Local u, v [..., n, 6]: the ends of the arc and its outermost points in the world, or the apex."""
+        compass = np.arange(4) * (np.pi / 2.0) - np.arctan2(pose[..., 3], pose[..., 2])[..., None]
+        axis, half = self.axis[:, None], self.half_width[:, None]
+        ends = np.broadcast_to(axis + half * np.array([1.0, -1.0]), (*compass.shape[:-1], 2))
+        on_arc = np.abs(wrap_angle(compass - axis)) <= half
+        on_arc = np.concatenate([np.ones(ends.shape, dtype=bool), on_arc], axis=-1)
+        angle, distance = np.concatenate([ends, compass], axis=-1), np.where(on_arc, self.reach[:, None], 0.0)
+        return distance * np.cos(angle), distance * np.sin(angle)
+
+
+@dataclass(frozen=True)
+class Sector(Circle):
+    """The part of a circle that opens `width` about `heading`."""
+
+    group = SectorGroup
+
+    heading: float  # rad, middle of the sector, from the agent's own heading
+    width: float  # rad, total opening
+
+    def faults(self) -> dict[str, str]:
+        if 0 < self.width <= 2 * math.pi:
+            return super().faults()
+        text = "expected radians above 0, or the FOV sees nothing, and at most 2 pi (6.283185307179586)"
+        return super().faults() | {"width": text}
+
+    @property
+    def area(self) -> float:
+        return self.width * self.radius**2 / 2
+
+    @property
+    def opening(self) -> tuple[float, float]:
+        return self.heading, self.width / 2.0
+
+    def outline(self, pose: np.ndarray) -> np.ndarray:
+        if self.width >= 2.0 * math.pi:
+            return super().outline(pose)
+        first = pose[2] + self.heading - self.width / 2
+        return np.concatenate([pose[None, :2], arc(pose, self.radius, first, self.width)])
