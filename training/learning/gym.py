@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar
 
 import gymnasium
 import numpy as np
@@ -134,9 +134,6 @@ class AdversaryEnv(gymnasium.Env):
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise unknown_name("render mode", render_mode, self.metadata["render_modes"])
         self.render_mode, self._renderer = render_mode, None
-        env = self.learners.env  # what a renderer asks for
-        self.scenario, self.worlds, self.max_cycles = env.scenario, env.worlds, env.max_cycles
-        self.possible_agents = env.possible_agents
         self.observation_space = self.learners.observation_space
         self.action_space = self.learners.action_space
 
@@ -170,7 +167,9 @@ class AdversaryEnv(gymnasium.Env):
         if self._renderer is None:
             from trust_env.render import make_renderer
 
-            self._renderer = make_renderer(cast(TrustEnv, self))
+            self._renderer = make_renderer(
+                self.learners.env.worlds, self.render_mode, self.metadata["render_fps"]
+            )
         return self._renderer.draw()
 
     def close(self) -> None:
