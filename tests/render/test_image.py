@@ -119,9 +119,12 @@ def test_sixty_four_agents_can_be_drawn():
     assert np.ptp(rendered_env({"base": "patrol", "team": team}, frames=2).render()) > 100
 
 
+@pytest.mark.extra("render")
 def test_image_is_the_same_after_pygame_was_quit():
+    import pygame
+
     env = trust_env.parallel_env("case1", render_mode="rgb_array")
     env.reset(seed=0)
     before = env.render()
-    pytest.importorskip("pygame").quit()
+    pygame.quit()
     assert np.array_equal(env.render(), before)
