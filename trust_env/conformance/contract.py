@@ -52,7 +52,7 @@ def _describe_changes(old: set[Any], new: set[Any]) -> str:
 
 
 def dicts_match_agents(subject: Subject) -> str:
-    """A step returns entries of exactly the agents that were alive or are new; `agents` omits finished ones."""
+    """A step returns entries of the agents that were alive or are new; `agents` omits those that finished."""
     live = _distinct(subject.reference[0].agents, 0)
     for frame in subject.reference:
         expected = live | _distinct(frame.agents, frame.number)
