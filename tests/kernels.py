@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from oracle import Contains, circle, polygon, sector
 
-from trust_env.batch import Worlds
+from trust_env.batch import Batch
 from trust_env.compiled.jit import Entry
 from trust_env.scenario import Scenario
 from trust_env.world.fields import PARAMS, ROW, World
@@ -18,7 +18,7 @@ class Bench:
     """A world whose memory tests read and write by field name; kernels run on `bench.world`."""
 
     def __init__(self, scenario: Any = "patrol", defense: Any = "score"):
-        self.worlds = Worlds(scenario, defense, 1)
+        self.worlds = Batch(scenario, defense, 1)
         self.scenario = self.worlds.scenario
         addresses = (
             self.worlds.rows,

@@ -22,7 +22,7 @@ def injected_tracks_shown(defense: str, attack: str = "false_positive", worlds: 
     observations, _ = venv.reset(seed=3)
     for frame in range(venv.max_cycles):
         observations, *_ = venv.step(player.actions(observations))
-        injected = a.judged_confirmed & a.track_injected & (a.track_label < 0) & (a.track_age >= 5)
+        injected = a.scored_confirmed & a.track_injected & (a.track_label < 0) & (a.track_age >= 5)
         reporters = (a.expected & a.detected)[:, adversary].sum(1)[injected]
         observers = a.expected[:, ~adversary].sum(1)[injected]
         np.add.at(counts[..., 0], (reporters, observers), 1)

@@ -15,7 +15,7 @@ from scipy.optimize import linear_sum_assignment
 import trust_env
 from trust_env.scenario import ScenarioError
 from trust_env.vector import VectorEnv
-from trust_env.world.fields import METRICS
+from trust_env.world.fields import FRAME_METRICS
 
 SETTINGS = settings(
     max_examples=60,
@@ -170,7 +170,7 @@ def check(env: VectorEnv) -> None:
     assert not (a.published & ~(a.track_status == 2)).any()
     for ids in (a.track_id.reshape(-1, a.track_id.shape[-1]), a.local_id.reshape(-1, a.local_id.shape[-1])):
         assert all(len(np.unique(row[row >= 0])) == (row >= 0).sum() for row in ids)
-    assert (a.report_count <= a.reports.shape[-2]).all() and (a.overflow >= 0).all()
+    assert (a.report_count <= a.report_detections.shape[-2]).all() and (a.overflow >= 0).all()
 
 
 def check_covariances(cov: np.ndarray) -> None:
@@ -187,7 +187,7 @@ def check_injections(env: VectorEnv) -> None:
         holds = fov_of(env.scenario, k, a.pose[w, k])
         for d in range(a.report_count[w, k]):
             if a.report_origin[w, k, d] <= -2 and env.scenario.agent(k).fov.type == "circle":
-                assert holds(a.reports[w, k, d])
+                assert holds(a.report_detections[w, k, d])
 
 
 def matched(distance: np.ndarray, reach: float) -> list[tuple[int, int]]:
@@ -213,10 +213,10 @@ def targets_of(pairs: list[tuple[int, int]], n_tracks: int, alive: np.ndarray) -
 def check_metrics(env: VectorEnv, w: int) -> None:
     """The frame's metrics, worked out anew."""
     a, m = env.arrays, env.scenario.metrics
-    value = dict(zip(METRICS, a.metrics[w].tolist()))
-    tracks, alive = np.flatnonzero(a.published[w]), np.flatnonzero(a.judged_alive[w])
-    assert (a.judged_confirmed[w] == (a.track_status[w] == 2)).all()
-    points, truth = a.track_mean[w, tracks, :2], a.judged_state[w, alive, :2]
+    value = dict(zip(FRAME_METRICS, a.metrics[w].tolist()))
+    tracks, alive = np.flatnonzero(a.published[w]), np.flatnonzero(a.scored_alive[w])
+    assert (a.scored_confirmed[w] == (a.track_status[w] == 2)).all()
+    points, truth = a.track_mean[w, tracks, :2], a.scored_state[w, alive, :2]
     fovs = [fov_of(env.scenario, k, a.pose[w, k]) for k in range(env.scenario.n_agents)]
     visible = np.array([any(holds(point) for holds in fovs) for point in truth], dtype=bool)
     distance = (

@@ -229,7 +229,7 @@ class TrustEnv(ParallelEnv):
         if self._renderer is None:
             from trust_env.render import make_renderer
 
-            self._renderer = make_renderer(self)
+            self._renderer = make_renderer(self.worlds, self.render_mode, self.metadata["render_fps"])
         return self._renderer.draw()
 
     def close(self) -> None:

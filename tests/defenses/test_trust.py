@@ -327,7 +327,7 @@ def test_the_centre_alone_does_what_it_does_in_the_environment(defense):
         env.step(rng.uniform(-1, 1, env.arrays.action.shape))
         shown += env.arrays.published[0].sum()
         counts = env.arrays.report_count[0]
-        frame = centre.update([env.arrays.reports[0, k, : counts[k]] for k in range(3)], poses=poses)
+        frame = centre.update([env.arrays.report_detections[0, k, : counts[k]] for k in range(3)], poses=poses)
         a = env.arrays
         columns = np.flatnonzero(a.track_status[0])
         columns = columns[np.argsort(a.track_id[0, columns])]

@@ -185,7 +185,7 @@ class _FakeWorlds:
 
     def __init__(self):
         self.arrays = SimpleNamespace(
-            judged_confirmed=np.zeros((2, 3), bool),
+            scored_confirmed=np.zeros((2, 3), bool),
             track_label=np.full((2, 3), -1),
             track_trust=np.full((2, 3), NAN),
             track_score=np.zeros((2, 3)),
@@ -216,7 +216,7 @@ def _by_hand():
             gospa=(frame, 3.0),
             ospa=(2.0, 0.0),
         )
-        a.judged_confirmed[0] = [True, True, frame >= 4]
+        a.scored_confirmed[0] = [True, True, frame >= 4]
         a.track_label[0] = [5, -1, -1]
         a.track_score[0] = [0.0, math.log(3.0), -math.log(3.0)]  # existence 1/2, 3/4, 1/4
         a.track_trust[0] = [0.9, 0.25, NAN]
@@ -296,7 +296,7 @@ def _plainly(frames, scenario, horizon):
         (f.track_trust[j], f.track_label[j] >= 0, bool(f.publish[j]), 1 / (1 + math.exp(-f.track_score[j])))
         for f in frames
         for j in range(len(f.track_label))
-        if f.judged_confirmed[j]
+        if f.scored_confirmed[j]
     ]
     agents = [(f.agent_trust[k], k in benign) for f in frames for k in range(len(roles))]
     accused = [
@@ -385,9 +385,9 @@ def test_the_frames_gospa_is_the_functions():
     settings = env.scenario.metrics
     for _ in range(30):
         observations, *_ = env.step(player.actions(observations))
-        counted = a.judged_visible[0].copy()
+        counted = a.scored_visible[0].copy()
         counted[a.track_target[0][a.published[0] & (a.track_target[0] >= 0)]] = True
-        x, y = a.track_mean[0][a.published[0], :2], a.judged_state[0][counted, :2]
+        x, y = a.track_mean[0][a.published[0], :2], a.scored_state[0][counted, :2]
         distance, localisation, _, _ = gospa(x, y, settings.cutoff, settings.order)
         values = env.worlds.metrics()
         assert values["gospa"][0] == pytest.approx(distance, abs=1e-9)

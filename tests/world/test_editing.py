@@ -58,7 +58,7 @@ def check_reports(env: VectorEnv, raws: list[list[Raw]], actions: np.ndarray) ->
             honest, fired, places = raw.edited(actions[w, k])
             count = arrays.report_count[w, k]
             assert count == len(honest) + len(fired)
-            report, origin = arrays.reports[w, k, :count], arrays.report_origin[w, k, :count]
+            report, origin = arrays.report_detections[w, k, :count], arrays.report_origin[w, k, :count]
             for d, (point, where_from) in enumerate(honest):
                 assert (report[d] == point).all() and origin[d] == where_from
             for place, m, point, where_from in zip(
@@ -136,7 +136,7 @@ def test_the_zero_action_is_the_honest_one():
         assert check_reports(env, raws, np.zeros(env.arrays.action.shape)) == 0
         for k, raw in enumerate(raws[0]):
             count = env.arrays.report_count[0, k]
-            assert (env.arrays.reports[0, k, :count] == raw.points).all()
+            assert (env.arrays.report_detections[0, k, :count] == raw.points).all()
 
 
 @pytest.mark.core
@@ -217,7 +217,7 @@ def test_metres_to_actions_and_back():
         for w, k in np.ndindex(fire.shape[:2]):
             count = env.arrays.report_count[w, k]
             expected = np.concatenate([honest[w][k], places[w, k][fire[w, k]]])
-            assert env.arrays.reports[w, k, :count] == pytest.approx(expected, abs=1e-3)  # float32 actions
+            assert env.arrays.report_detections[w, k, :count] == pytest.approx(expected, abs=1e-3)  # float32 actions
 
 
 def test_places_outside_are_moved_to_the_edge():
@@ -227,6 +227,6 @@ def test_places_outside_are_moved_to_the_edge():
     far = pose[:, None, :2] + np.array([1e4, 1e4])
     env.step(encode_action(env.scenario, env.arrays.fov_box, far[None]))
     for k in range(len(pose)):
-        point = env.arrays.reports[0, k, env.arrays.report_count[0, k] - 1]
+        point = env.arrays.report_detections[0, k, env.arrays.report_count[0, k] - 1]
         edge = pose[k, :2] + 350.0 * np.sqrt(0.5) * (1 - 1e-6)
         assert point == pytest.approx(edge, abs=1e-6)

@@ -47,7 +47,7 @@ def run_ours(scenario: Mapping[str, Any], seed: int, frames: int) -> tuple[Frame
     for _ in range(frames):
         scans = [a.raw_detections[0, k, :n].copy() for k, n in enumerate(a.raw_count[0])]
         env.step(np.zeros(a.action.shape))
-        truth = a.judged_state[0][a.judged_visible[0]][:, :2].copy()
+        truth = a.scored_state[0][a.scored_visible[0]][:, :2].copy()
         recorded.append((scans, truth))
         errors.append(gospa(a.track_mean[0][a.published[0]][:, :2], truth))
     return recorded, float(np.mean(errors)), env.scenario

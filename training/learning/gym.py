@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar
 
 import gymnasium
 import numpy as np
@@ -16,7 +16,7 @@ from trust_env.batch import Arrays, checked_seed
 from trust_env.errors import unknown_name
 from trust_env.parallel import TrustEnv
 from trust_env.training.learning.learners import Learners
-from trust_env.world.fields import METRICS
+from trust_env.world.fields import FRAME_METRICS
 
 # `gymnasium.make("trust_env.training.learning.gym:TrustEnv/Adversary-v0", scenario="trio")`
 gymnasium.register("TrustEnv/Adversary-v0", entry_point="trust_env.training.learning.gym:AdversaryEnv")
@@ -134,9 +134,6 @@ class AdversaryEnv(gymnasium.Env):
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise unknown_name("render mode", render_mode, self.metadata["render_modes"])
         self.render_mode, self._renderer = render_mode, None
-        env = self.learners.env  # what a renderer asks for
-        self.scenario, self.worlds, self.max_cycles = env.scenario, env.worlds, env.max_cycles
-        self.possible_agents = env.possible_agents
         self.observation_space = self.learners.observation_space
         self.action_space = self.learners.action_space
 
@@ -161,7 +158,7 @@ class AdversaryEnv(gymnasium.Env):
 
     def _info(self) -> dict[str, float]:
         """The frame's metrics by name."""
-        return dict(zip(METRICS, self.arrays.metrics[0].tolist(), strict=True))
+        return dict(zip(FRAME_METRICS, self.arrays.metrics[0].tolist(), strict=True))
 
     def render(self) -> Any:
         """The present frame, as `trust_env.parallel_env` shows it."""
@@ -170,7 +167,9 @@ class AdversaryEnv(gymnasium.Env):
         if self._renderer is None:
             from trust_env.render import make_renderer
 
-            self._renderer = make_renderer(cast(TrustEnv, self))
+            self._renderer = make_renderer(
+                self.learners.env.worlds, self.render_mode, self.metadata["render_fps"]
+            )
         return self._renderer.draw()
 
     def close(self) -> None:

@@ -18,7 +18,7 @@ from trust_env.errors import unknown_name
 from trust_env.scenario import Scenario, load_scenario
 from trust_env.training.learning.pickled import dump, load
 from trust_env.vector import VectorEnv
-from trust_env.world.fields import METRICS
+from trust_env.world.fields import FRAME_METRICS
 
 
 class Learners:
@@ -87,7 +87,7 @@ class Learners:
         arrays = self.env.arrays
         _, rewards, _, _, metrics = self.env.step(self._raw_actions(choices))
         ended = arrays.frame.reshape(-1) >= self._ends
-        info: dict[str, Any] = {"metrics": {name: metrics[name] for name in METRICS}}
+        info: dict[str, Any] = {"metrics": {name: metrics[name] for name in FRAME_METRICS}}
         if self.autoreset and ended.any():
             info["final_obs"] = self.observe()
             self._begin(ended)

@@ -78,7 +78,7 @@ def record(scenario: str) -> Recorded:
     a, reports, counts = venv.arrays, [], []
     for _ in range(venv.max_cycles):
         venv.step(np.zeros(a.action.shape, dtype=np.float32))
-        reports.append(a.reports[0].copy())
+        reports.append(a.report_detections[0].copy())
         counts.append(a.report_count[0].copy())
     return Recorded(load_scenario(scenario), np.stack(reports), np.stack(counts), a.pose[0].copy())
 
@@ -87,7 +87,7 @@ def centre_subject(recorded: Recorded) -> Run:
     """The fusion centre on recorded detections, a kernel call a frame: trackers, evidence, trust, picture."""
     worlds = Batch(recorded.scenario, "trust", 1, threads=1)
     a, every = worlds.arrays, np.ones(1, dtype=bool)
-    reports, counts = a.reports[0], a.report_count[0]
+    reports, counts = a.report_detections[0], a.report_count[0]
 
     def run(frames: int) -> None:
         for step in range(frames):

@@ -1,11 +1,11 @@
-"""Is this environment correct? PettingZoo's own tests by name, and stricter ones, on any `ParallelEnv`.
+"""Checks of any `ParallelEnv`: PettingZoo's own tests by name, and stricter ones.
 
     report = check(simple_spread_v3.parallel_env)    # a factory: every check starts from a fresh environment
     print(report); report.ok; report.to_dict()
 
 PettingZoo's `parallel_seed_test` ends after one step (it asks `any(terminations)`, which looks at the agents'
-names), so a run that goes astray later passes it; and no test of PettingZoo's copies, pickles or restores an
-environment. The checks of `determinism`, `continuation`, `contract` and `resources` close these gaps.
+names), so it passes runs that differ later; and none of PettingZoo's tests copies, pickles or restores an
+environment. The other families of checks, one per file, close these gaps.
 """
 
 from __future__ import annotations
@@ -17,16 +17,22 @@ import warnings
 from collections.abc import Callable, Collection, Iterator
 from typing import Any
 
-from trust_env.conformance import continuation, contract, determinism, pettingzoo_tests, resources
-from trust_env.conformance.report import Check, Failed, Report, Result, Skipped, described
+import trust_env.conformance.continuation as continuation
+import trust_env.conformance.contract as contract
+import trust_env.conformance.determinism as determinism
+import trust_env.conformance.observations as observations
+import trust_env.conformance.pettingzoo_tests as pettingzoo_tests
+import trust_env.conformance.resources as resources
+from trust_env.conformance.report import Failed, Report, Result, Skipped, describe_error
 from trust_env.conformance.rollout import Env, PolicyFactory, random_policy
-from trust_env.conformance.subject import Subject
+from trust_env.conformance.subject import Check, Subject
 
 __all__ = ["CHECKS", "Report", "Result", "check", "random_policy"]
 
-# In the order they run. What compares two runs comes after determinism, without which it says nothing.
+# In the order they run. Checks that compare two runs come after determinism, without which they say nothing.
 CHECKS: dict[str, Check] = {
     **pettingzoo_tests.CHECKS,
+    **observations.CHECKS,
     **contract.CHECKS,
     **determinism.CHECKS,
     **continuation.CHECKS,
@@ -52,10 +58,10 @@ def check(
     those are tested too. An environment itself will do, if it survives `copy.deepcopy`. `aec` makes the AEC
     form for the tests of PettingZoo that want one; by default `parallel_to_aec` does.
 
-    An episode is followed to its end, but for `num_cycles` steps or `max_seconds` at most; the detail of a
-    check says so when it saw only the beginning. `policy(env, seed)` returns the function that chooses the
-    actions, from the live agents' observations and infos; PettingZoo's own tests always sample.
-    `allow_warnings` are regular expressions of warnings that shall not fail PettingZoo's tests.
+    An episode is played to its end, or for `num_cycles` steps or `max_seconds` at most; a check's detail says
+    so where it saw only the first steps. `policy(env, seed)` returns the function that chooses the
+    actions from the live agents' observations and infos; PettingZoo's own tests always sample.
+    `allow_warnings` are regular expressions of warnings that do not fail PettingZoo's tests.
     """
     unknown = set(checks or ()) - CHECKS.keys()
     if unknown:
@@ -63,17 +69,17 @@ def check(
     subject = Subject(make_env, aec, seed, num_cycles, max_seconds, policy, tuple(allow_warnings))
     for name, run in CHECKS.items():
         if checks is None or name in checks:
-            with _quiet():
-                subject.results[name] = result = _judge(name, run, subject)
+            with _silence():
+                subject.results[name] = result = _result_of(name, run, subject)
             if on_result:
                 on_result(result)
-    with _quiet():
+    with _silence():
         return Report(subject.name, seed, tuple(subject.results.values()))
 
 
 @contextlib.contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep back what tests and environments print; warnings count in PettingZoo's tests, and only there."""
+def _silence() -> Iterator[None]:
+    """Discard what tests and environments print and, outside of PettingZoo's tests, their warnings."""
     with contextlib.ExitStack() as stack:
         stack.enter_context(contextlib.redirect_stdout(io.StringIO()))
         stack.enter_context(contextlib.redirect_stderr(io.StringIO()))
@@ -82,18 +88,18 @@ def _quiet() -> Iterator[None]:
         yield
 
 
-def _judge(name: str, run: Check, subject: Subject) -> Result:
-    """One check's result. An exception that it does not expect is the environment's failure."""
+def _result_of(name: str, run: Check, subject: Subject) -> Result:
+    """The result of one check; an unexpected exception is a failure."""
     started = time.perf_counter()
     status, detail = "passed", ""
     try:
         detail = run(subject) or ""
     except Skipped as reason:
         status, detail = "skipped", str(reason)
-    except Failed as fault:
-        status, detail = "failed", str(fault)
+    except Failed as failure:
+        status, detail = "failed", str(failure)
     except Exception as error:
-        status, detail = "failed", described(error)
+        status, detail = "failed", describe_error(error)
     finally:
         subject.close_environments()
     return Result(name, status, detail, time.perf_counter() - started)

@@ -1,4 +1,4 @@
-"""The first place where two runs differ, in words. Equal means bit for bit, NaN being equal to NaN."""
+"""The first difference between two runs, in words. Equal means bit for bit; NaN equals NaN."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ COMPARED = ("observations", "rewards", "terminations", "truncations", "infos", "
 
 
 def first_difference(first: Sequence[Frame], second: Sequence[Frame], names: tuple[str, str]) -> str | None:
-    """Where two runs part; `names` say whose they are."""
+    """Frame, field and values of the first difference, or None; `names`: of the two runs."""
     for a, b in zip_longest(first, second):
         if a is None or b is None:
             last = a or b
@@ -29,29 +29,29 @@ def first_difference(first: Sequence[Frame], second: Sequence[Frame], names: tup
 
 
 def difference(a: Any, b: Any) -> tuple[str, str, str] | None:
-    """Path, left and right value of the first difference between two nested values."""
+    """Path, left and right value of the first difference between two nested values, or None."""
     if type(a) is not type(b):
-        return "", f"{_short(a)} ({type(a).__name__})", f"{_short(b)} ({type(b).__name__})"
+        return "", f"{_abbreviate(a)} ({type(a).__name__})", f"{_abbreviate(b)} ({type(b).__name__})"
     if isinstance(a, dict):
-        return _in_dicts(a, b)
+        return _difference_of_dicts(a, b)
     if isinstance(a, (list, tuple)):
         if len(a) != len(b):
-            return "", _short(a), _short(b)
-        return _first((f"[{i}]", x, y) for i, (x, y) in enumerate(zip(a, b)))
+            return "", _abbreviate(a), _abbreviate(b)
+        return _first_of((f"[{i}]", x, y) for i, (x, y) in enumerate(zip(a, b)))
     if isinstance(a, np.ndarray):
-        return _in_arrays(a, b)
-    if type(a).__eq__ is object.__eq__:  # that compares identities, and a copy is never identical
-        return _in_dicts(getattr(a, "__dict__", {}), getattr(b, "__dict__", {}))
-    return None if a == b or (a != a and b != b) else ("", _short(a), _short(b))
+        return _difference_of_arrays(a, b)
+    if type(a).__eq__ is object.__eq__:  # compares identities: a copy is never equal
+        return _difference_of_dicts(getattr(a, "__dict__", {}), getattr(b, "__dict__", {}))
+    return None if a == b or (a != a and b != b) else ("", _abbreviate(a), _abbreviate(b))
 
 
-def _in_dicts(a: dict[Any, Any], b: dict[Any, Any]) -> tuple[str, str, str] | None:
+def _difference_of_dicts(a: dict[Any, Any], b: dict[Any, Any]) -> tuple[str, str, str] | None:
     if a.keys() != b.keys():
-        return "", f"keys {_short(list(a))}", f"keys {_short(list(b))}"
-    return _first((f"[{key!r}]", a[key], b[key]) for key in a)
+        return "", f"keys {_abbreviate(list(a))}", f"keys {_abbreviate(list(b))}"
+    return _first_of((f"[{key!r}]", a[key], b[key]) for key in a)
 
 
-def _in_arrays(a: np.ndarray, b: np.ndarray) -> tuple[str, str, str] | None:
+def _difference_of_arrays(a: np.ndarray, b: np.ndarray) -> tuple[str, str, str] | None:
     if a.dtype != b.dtype or a.shape != b.shape:
         return "", f"{a.dtype}{list(a.shape)}", f"{b.dtype}{list(b.shape)}"
     if a.dtype == object:
@@ -63,14 +63,15 @@ def _in_arrays(a: np.ndarray, b: np.ndarray) -> tuple[str, str, str] | None:
     return f"[{', '.join(map(str, index))}]", repr(a[index].item()), repr(b[index].item())
 
 
-def _first(members: Any) -> tuple[str, str, str] | None:
-    for step, x, y in members:
+def _first_of(members: Any) -> tuple[str, str, str] | None:
+    """Of members, each a key in brackets, a left and a right value."""
+    for key, x, y in members:
         found = difference(x, y)
         if found:
-            return step + found[0], *found[1:]
+            return key + found[0], *found[1:]
     return None
 
 
-def _short(value: Any) -> str:
+def _abbreviate(value: Any) -> str:
     text = repr(value)
     return text if len(text) <= 80 else text[:77] + "..."

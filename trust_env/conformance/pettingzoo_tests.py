@@ -1,41 +1,23 @@
 """PettingZoo's own tests, by their names, with warnings as failures.
 
-Read with version 1.27. They are imported when they run: `pettingzoo.test` takes half a second.
+As of version 1.27. They are imported when they run: importing `pettingzoo.test` takes half a second.
 """
 
 from __future__ import annotations
 
 import contextlib
 import os
-import re
-import textwrap
 import warnings
 from collections.abc import Callable, Iterator
 from types import SimpleNamespace
 from typing import Any
 
-from trust_env.conformance.report import Check, Failed, Skipped, described
+from trust_env.conformance.pettingzoo_warnings import remark_on_warnings
+from trust_env.conformance.report import Failed, Skipped, describe_error
 from trust_env.conformance.rollout import action_mask
-from trust_env.conformance.subject import Subject
-
-# What PettingZoo recommends to every environment and excuses, by name, in its own. An environment of another
-# name cannot comply without becoming another environment, so these are remarks here. All else is a failure.
-RECOMMENDATIONS = {
-    r"space for each \w+ probably should be": "others than Box and Discrete are part of the API",
-    r"^Observation is not a NumPy array": "nor are those of a Discrete space or a Dict with an action mask",
-    r"^Agents have different|^Observations (are|have) different|^The class of": "agents may differ",
-    r"^Observation numpy array is all zeros": "an empty board is a valid observation",
-    r"is a single number": "so is a single number",
-    r"in the shape of a graphical observation": "a guess: not every matrix is an image",
-    r"^State is a single number|^State numpy array is all zeros": "as for observations",
-    r"does not have possible_agents defined": "optional, for environments that make up agents as they go",
-    r"does not have a `render_mode` defined|has not defined a render\(\)": "rendering is optional",
-}
+from trust_env.conformance.subject import Check, Subject
 
 TESTED_CYCLES = 4  # in `max_cycles_test`
-
-# Deprecations and the like are between libraries; PettingZoo and NumPy warn with these two.
-_FAILING = (UserWarning, RuntimeWarning)
 
 
 def parallel_api_test(subject: Subject) -> str:
@@ -72,10 +54,10 @@ def render_test(subject: Subject) -> str:
         raise Skipped("the factory takes no render_mode")
 
     def make(render_mode: str = "human") -> Any:
-        # The test begins with a "human" environment, of which it only reads the metadata.
+        # The test first makes a "human" environment, of which it only reads the metadata.
         return subject.aec_env(render_mode=render_mode if render_mode in modes else modes[0])
 
-    with _without_a_screen():
+    with _without_display():
         return _run(subject, lambda: test(make)) or f"modes {', '.join(modes)}"
 
 
@@ -100,21 +82,21 @@ def max_cycles_test(subject: Subject) -> str:
         raise Skipped("the factory takes no max_cycles")
     try:
         env = subject.aec_env(max_cycles=TESTED_CYCLES)
-    except TypeError as error:  # a factory that hands all it gets on to a constructor without it
+    except TypeError as error:  # a factory may pass any option to a constructor that lacks this one
         if "max_cycles" not in str(error):
             raise
         raise Skipped("the factory takes no max_cycles") from None
     if not hasattr(env, "possible_agents"):
         raise Skipped("the environment has no possible_agents, which this test counts")
-    _refuse_the_endless(env)
+    _require_end_of_episode(env)
     module = SimpleNamespace(parallel_env=subject.env, env=subject.aec_env)
     return _run(subject, lambda: test(module), ignores_masks=True)
 
 
-def _refuse_the_endless(env: Any) -> None:
-    """The test itself would wait for ever for an environment that does not stop at its max_cycles."""
+def _require_end_of_episode(env: Any) -> None:
+    """Raise Failed where max_cycles is ignored: the test itself would then never return."""
     env.reset()
-    limit = TESTED_CYCLES + 10  # as many as the test grants
+    limit = TESTED_CYCLES + 10  # as many as the test allows
     for agent in env.agent_iter(env.num_agents * (limit + 1)):
         space = env.action_space(agent)
         mask = action_mask(space, env.observe(agent), env.infos[agent])
@@ -122,6 +104,33 @@ def _refuse_the_endless(env: Any) -> None:
         env.step(None if over else space.sample(mask=mask))
     if env.agents:
         raise Failed(f"with max_cycles={TESTED_CYCLES} the episode has not ended after {limit} cycles")
+
+
+def _run(subject: Subject, test: Callable[[], None], ignores_masks: bool = False) -> str:
+    """Run a test; warnings fail it, except for recommendations and those that the caller allows."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            test()
+        except Exception as error:
+            if ignores_masks and subject.has_action_masks:
+                reason = f"the test samples without the action masks: {describe_error(error)}"
+                raise Skipped(reason) from error
+            raise
+    return remark_on_warnings(caught, subject.allow_warnings)
+
+
+@contextlib.contextmanager
+def _without_display() -> Iterator[None]:
+    """Let SDL (pygame) draw into memory where no display is set."""
+    if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or os.environ.get("SDL_VIDEODRIVER"):
+        yield
+        return
+    os.environ["SDL_VIDEODRIVER"] = "dummy"
+    try:
+        yield
+    finally:
+        del os.environ["SDL_VIDEODRIVER"]
 
 
 CHECKS: dict[str, Check] = {
@@ -133,45 +142,3 @@ CHECKS: dict[str, Check] = {
     "state_test": state_test,
     "max_cycles_test": max_cycles_test,
 }
-
-
-def _run(subject: Subject, test: Callable[[], None], ignores_masks: bool = False) -> str:
-    """Run a test; its warnings fail it, but for recommendations and those that the caller allows."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        try:
-            test()
-        except Exception as error:
-            if ignores_masks and subject.has_action_masks:
-                raise Skipped(f"the test samples without the action masks: {described(error)}") from error
-            raise
-    texts = dict.fromkeys(_first_words(str(w.message)) for w in caught if issubclass(w.category, _FAILING))
-    remarks = {text: reason for text in texts if (reason := _excuse(text, subject.allow_warnings))}
-    faults = [text for text in texts if text not in remarks]
-    if faults:
-        raise Failed("warns: " + "; ".join(faults))
-    return "; ".join(f"warns: {text} ({reason})" for text, reason in remarks.items())
-
-
-def _first_words(text: str) -> str:
-    """A warning on one line, without its colours; some of PettingZoo's go on for six lines."""
-    return textwrap.shorten(re.sub(r"\x1b\[[0-9;]*m", "", text), 240, placeholder=" ...")
-
-
-def _excuse(text: str, allowed: tuple[str, ...]) -> str | None:
-    if any(re.search(pattern, text) for pattern in allowed):
-        return "allowed"
-    return next((reason for pattern, reason in RECOMMENDATIONS.items() if re.search(pattern, text)), None)
-
-
-@contextlib.contextmanager
-def _without_a_screen() -> Iterator[None]:
-    """Where no display is set, SDL (pygame) draws into memory instead of failing."""
-    if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or os.environ.get("SDL_VIDEODRIVER"):
-        yield
-        return
-    os.environ["SDL_VIDEODRIVER"] = "dummy"
-    try:
-        yield
-    finally:
-        del os.environ["SDL_VIDEODRIVER"]

@@ -1,9 +1,8 @@
-"""What the checks found."""
+"""The outcome of each check, and how it is printed."""
 
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -11,34 +10,29 @@ from typing import TYPE_CHECKING, Any, Literal
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from trust_env.conformance.subject import Subject
-
 Status = Literal["passed", "failed", "skipped"]
-
-# A check returns a remark (or None) when the environment passes, and raises one of the two below otherwise.
-Check = Callable[["Subject"], str | None]
 
 _COLOURS = {"passed": "green", "failed": "bold red", "skipped": "yellow"}
 
 
 class Failed(Exception):
-    """The environment does not pass; the text says what differed, and where."""
+    """Raised by a check that the environment does not pass; the text says what is wrong, and where."""
 
 
 class Skipped(Exception):
-    """The environment lacks what the check is about; the text says what."""
+    """Raised by a check that does not apply to the environment; the text says why."""
 
 
-def described(error: Exception) -> str:
-    """The exception and the place that raised it; of a bare assert, which says nothing, the line itself."""
+def describe_error(error: Exception) -> str:
+    """The exception and where it was raised; for an assert without a message, the line of code."""
     place = traceback.extract_tb(error.__traceback__)[-1]
-    said = str(error) or place.line or ""
-    return f"{type(error).__name__}: {said} ({Path(place.filename).name}:{place.lineno}, {place.name})"
+    message = str(error) or place.line or ""
+    return f"{type(error).__name__}: {message} ({Path(place.filename).name}:{place.lineno}, {place.name})"
 
 
 @dataclass(frozen=True)
 class Result:
-    """One check's outcome; `detail` is the fault, the reason for skipping, or a remark."""
+    """The outcome of one check; `detail`: what is wrong, why it was skipped, or a remark."""
 
     name: str
     status: Status
@@ -56,20 +50,20 @@ class Report:
 
     @property
     def ok(self) -> bool:
-        """Whether nothing failed; what was skipped does not count against the environment."""
+        """Whether no check failed; skipped checks do not count."""
         return not self.failed
 
     @property
     def failed(self) -> tuple[str, ...]:
-        return self._named("failed")
+        return self._with_status("failed")
 
     @property
     def skipped(self) -> tuple[str, ...]:
-        return self._named("skipped")
+        return self._with_status("skipped")
 
     @property
     def passed(self) -> tuple[str, ...]:
-        return self._named("passed")
+        return self._with_status("passed")
 
     def __getitem__(self, name: str) -> Result:
         for result in self.results:
@@ -78,7 +72,7 @@ class Report:
         raise KeyError(name)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values only, ready for JSON."""
+        """Strings, numbers, booleans, dicts and lists only, ready for JSON."""
         return {
             "environment": self.environment,
             "seed": self.seed,
@@ -88,8 +82,8 @@ class Report:
 
     def summary(self) -> str:
         """One line: the counts."""
-        counts = (len(self.passed), len(self.failed), len(self.skipped))
-        return f"{self.environment}: {counts[0]} passed, {counts[1]} failed, {counts[2]} skipped"
+        passed, failed, skipped = len(self.passed), len(self.failed), len(self.skipped)
+        return f"{self.environment}: {passed} passed, {failed} failed, {skipped} skipped"
 
     def __str__(self) -> str:
         width = max((len(result.name) for result in self.results), default=0)
@@ -107,5 +101,5 @@ class Report:
             table.add_row(r.name, Text(r.status, _COLOURS[r.status]), f"{r.seconds:.2f}", Text(r.detail))
         return table
 
-    def _named(self, status: Status) -> tuple[str, ...]:
+    def _with_status(self, status: Status) -> tuple[str, ...]:
         return tuple(result.name for result in self.results if result.status == status)

@@ -1,4 +1,4 @@
-"""Playing an environment and writing down all that it says."""
+"""Episodes of an environment, with everything that it returns."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PolicyFactory = Callable[[Env, int], Policy]
 
 
 class Frame(NamedTuple):
-    """All that one `reset` (number 0) or `step` returned, copied; `actions` are those that led here."""
+    """All that one `reset` (number 0) or `step` returned; `actions` are those of the step."""
 
     number: int
     actions: dict[Any, Any]
@@ -29,7 +29,7 @@ class Frame(NamedTuple):
 
 
 def begin(env: Env, seed: int | None = None) -> Frame:
-    """Reset; without a seed the call is a plain `reset()`, as most users write it."""
+    """The frame of a reset, copied; without a seed the call is a plain `reset()`, as most users write it."""
     observations, infos = env.reset() if seed is None else env.reset(seed=seed)
     return copy.deepcopy(Frame(0, {}, observations, {}, {}, {}, infos, list(env.agents)))
 
@@ -37,7 +37,7 @@ def begin(env: Env, seed: int | None = None) -> Frame:
 def advance(
     env: Env, frame: Frame, policy: Policy, limit: int, keep: Callable[[Frame], Frame] = copy.deepcopy
 ) -> Iterator[Frame]:
-    """Frames of at most `limit` steps, until no agent is left; `keep` says how they are put down."""
+    """The frames of at most `limit` steps, until no agent is left; `keep` copies them, or does not."""
     for number in range(frame.number + 1, frame.number + 1 + limit):
         if not env.agents:
             return
@@ -49,39 +49,40 @@ def advance(
 
 
 def play(env: Env, policy: Policy, limit: int, seed: int | None = None) -> list[Frame]:
-    """An episode of at most `limit` steps, its reset included."""
+    """The frames of an episode of at most `limit` steps, its reset included."""
     first = begin(env, seed)
     return [first, *advance(env, first, policy, limit)]
 
 
 def replay(frames: Iterable[Frame]) -> Policy:
-    """The policy that repeats the actions which led to `frames`, whatever it observes."""
+    """The policy that repeats the actions of `frames`, whatever it observes."""
     actions = iter([frame.actions for frame in frames])
     return lambda observations, infos: copy.deepcopy(next(actions))
 
 
 def random_policy(env: Env, seed: int) -> Policy:
-    """Samples of each agent's action space, within its action mask if it has one.
+    """The policy that samples each agent's action space, within its action mask if it has one.
 
-    The spaces are copies, so that neither the environment's own generators nor another policy's are touched.
+    The spaces are copies, so that neither the environment's own generators nor another policy's advance.
     """
-    own: dict[Any, spaces.Space[Any]] = {}
-    names = {agent: index for index, agent in enumerate(getattr(env, "possible_agents", ()))}
+    copies: dict[Any, spaces.Space[Any]] = {}
+    indices = {agent: index for index, agent in enumerate(getattr(env, "possible_agents", ()))}
 
     def act(observations: dict[Any, Any], infos: dict[Any, Any]) -> dict[Any, Any]:
         actions = {}
         for agent, observation in observations.items():
-            if agent not in own:
-                own[agent] = copy.deepcopy(env.action_space(agent))
-                own[agent].seed(seed + names.setdefault(agent, len(names)))
-            actions[agent] = own[agent].sample(mask=action_mask(own[agent], observation, infos[agent]))
+            if agent not in copies:
+                copies[agent] = copy.deepcopy(env.action_space(agent))
+                copies[agent].seed(seed + indices.setdefault(agent, len(indices)))
+            space = copies[agent]
+            actions[agent] = space.sample(mask=action_mask(space, observation, infos[agent]))
         return actions
 
     return act
 
 
 def action_mask(space: spaces.Space[Any], observation: Any, info: Any) -> Any:
-    """The mask that PettingZoo knows from two places, of the dtype that `Discrete.sample` insists on."""
+    """The mask in the observation or in the info, or None; of the dtype that `Discrete.sample` requires."""
     for source in (observation, info):
         if isinstance(source, dict) and source.get("action_mask") is not None:
             mask = source["action_mask"]

@@ -1,4 +1,4 @@
-"""The environment under test: where fresh ones come from, and what is already known about it."""
+"""The environment under test: how fresh ones are made, its reference episode, and the results so far."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ import numpy as np
 from pettingzoo.utils import parallel_to_aec
 
 from trust_env.conformance.report import Failed, Result, Skipped
-from trust_env.conformance.rollout import Env, Frame, PolicyFactory, advance, begin
+from trust_env.conformance.rollout import Env, Frame, PolicyFactory, advance, begin, play
 
-# More than this is not written down of an episode: image observations fill the memory otherwise.
+# The reference episode stops there: image observations would fill the memory otherwise.
 MAX_RECORDED_BYTES = 256 * 2**20
 
 
@@ -36,16 +36,17 @@ class Subject:
     _open: list[Any] = field(default_factory=list)
 
     def env(self, **options: Any) -> Env:
-        """A fresh environment, whose action spaces are seeded, so that what samples them is repeatable."""
+        """A fresh environment, its action spaces seeded so that samples of them are repeatable."""
         make: Any = self.make_env
-        return self._prepared(make(**options) if self.is_factory else copy.deepcopy(make))
+        return self._prepare(make(**options) if self.is_factory else copy.deepcopy(make))
 
     def aec_env(self, **options: Any) -> Any:
         """A fresh environment in its AEC form."""
-        return self._prepared(self.aec(**options)) if self.aec else parallel_to_aec(self.env(**options))
+        return self._prepare(self.aec(**options)) if self.aec else parallel_to_aec(self.env(**options))
 
     @property
     def is_factory(self) -> bool:
+        """Whether `make_env` makes environments; otherwise it is one, and copied."""
         return isinstance(self.make_env, type) or not hasattr(self.make_env, "reset")
 
     def accepts(self, option: str) -> bool:
@@ -55,6 +56,7 @@ class Subject:
 
     @cached_property
     def name(self) -> str:
+        """What the environment calls itself, or the factory's name."""
         try:
             return str(self.env())
         except Exception:
@@ -64,15 +66,15 @@ class Subject:
 
     @cached_property
     def reference(self) -> list[Frame]:
-        """A seeded episode of a fresh environment, from which the other checks take their actions."""
+        """A seeded episode of a fresh environment; its actions are repeated by the checks."""
         return self._recorded[0]
 
     @property
     def has_action_masks(self) -> bool:
-        """Whether the first frame has a mask, where PettingZoo puts it: in an observation or in an info."""
+        """Whether an observation or an info of the first frame has a mask, as PettingZoo documents it."""
         first = self.reference[0]
-        told = [*first.observations.values(), *first.infos.values()]
-        return any(isinstance(entry, dict) and "action_mask" in entry for entry in told)
+        entries = [*first.observations.values(), *first.infos.values()]
+        return any(isinstance(entry, dict) and "action_mask" in entry for entry in entries)
 
     @property
     def seconds_per_step(self) -> float:
@@ -85,8 +87,8 @@ class Subject:
         return int(np.clip(affordable, min(10, self.num_cycles), self.num_cycles))
 
     @property
-    def extent(self) -> str:
-        """A remark where the episode was not followed to its end."""
+    def episode_remark(self) -> str:
+        """How many steps the reference episode has, and whether it was cut short."""
         steps = len(self.reference) - 1
         unfinished = bool(self.reference[-1].agents)
         return f"the first {steps} steps; the episode had not ended" if unfinished else f"{steps} steps"
@@ -97,19 +99,19 @@ class Subject:
     def failed(self, check: str) -> bool:
         return check in self.results and self.results[check].status == "failed"
 
-    def fail_if_deterministic(self, fault: str) -> None:
-        """Two runs differ: a fault of what lies between them, unless any two runs of the environment do."""
+    def fail_if_deterministic(self, difference: str) -> None:
+        """Raise Failed because two runs differ, or Skipped where any two runs of the environment do."""
         if self.failed("whole_episode_determinism"):
-            raise Skipped(f"cannot be judged while whole_episode_determinism fails ({fault})")
-        raise Failed(fault)
+            raise Skipped(f"cannot be judged while whole_episode_determinism fails ({difference})")
+        raise Failed(difference)
 
     def close_environments(self) -> None:
-        """Close what `env` and `aec_env` made; whether closing works is a check of its own."""
+        """Close what `env` and `aec_env` made; errors are ignored, as closing has a check of its own."""
         while self._open:
             with contextlib.suppress(Exception):
                 self._open.pop().close()
 
-    def _prepared(self, env: Any) -> Any:
+    def _prepare(self, env: Any) -> Any:
         self._open.append(env)
         for index, agent in enumerate(getattr(env, "possible_agents", ())):
             env.action_space(agent).seed(self.seed + index)
@@ -117,11 +119,8 @@ class Subject:
 
     @cached_property
     def _recorded(self) -> tuple[list[Frame], float]:
-        """The reference, and how many seconds its steps took, after a first step that may have to compile."""
-        env = self.env()
-        policy = self.make_policy(env, self.seed)
-        for _ in advance(env, begin(env, self.seed), policy, 1):
-            pass
+        """The reference episode, and how many seconds its steps took."""
+        self._warm_up()
         env = self.env()
         frames, recorded, started = [begin(env, self.seed)], 0, time.perf_counter()
         for frame in advance(env, frames[0], self.make_policy(env, self.seed), self.num_cycles):
@@ -130,6 +129,15 @@ class Subject:
             if time.perf_counter() - started > self.max_seconds or recorded > MAX_RECORDED_BYTES:
                 break
         return frames, time.perf_counter() - started
+
+    def _warm_up(self) -> None:
+        """One step, which may have to compile."""
+        env = self.env()
+        play(env, self.make_policy(env, self.seed), 1, self.seed)
+
+
+# Returns a remark or None where the environment passes; raises Failed or Skipped otherwise.
+Check = Callable[[Subject], str | None]
 
 
 def _accepts(factory: Any, option: str) -> bool:

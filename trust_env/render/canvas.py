@@ -1,4 +1,4 @@
-"""Drawing with smooth edges: all is drawn at twice the size and shrunk at the end. Needs no window."""
+"""Shapes and text with smooth edges: drawn at twice the size, scaled down at the end. Needs no window."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import pygame
 
 from trust_env.render.palette import Colour
 
-_FINE = 2  # drawn pixels per pixel of the result
+Box = tuple[float, float, float, float]  # x, y, width, height, pixels
+
+_OVERSAMPLING = 2  # drawn pixels per pixel of the result, along each axis
 _DASH = 4.0  # pixels, of a dash and of the gap after it
-
-
-_FONTS: dict[int, pygame.font.Font] = {}
+_FONTS: dict[int, pygame.font.Font] = {}  # by height in drawn pixels
 
 
 def _font(size: int) -> pygame.font.Font:
-    """pygame's own font, the same on every machine; made anew where somebody has quit pygame in between."""
+    """pygame's own font, the same on every machine; loaded again after a `pygame.quit()`."""
     pygame.font.init()
     try:
         _FONTS[size].get_height()
@@ -28,11 +28,11 @@ def _font(size: int) -> pygame.font.Font:
 
 
 class Canvas:
-    """A picture of `size` pixels; all positions and lengths are in pixels, y downwards."""
+    """An image of `size` pixels; all positions and lengths are in pixels, y downwards."""
 
     def __init__(self, size: tuple[int, int], background: Colour):
         self.size = size
-        self.surface = pygame.Surface((size[0] * _FINE, size[1] * _FINE))
+        self.surface = pygame.Surface((size[0] * _OVERSAMPLING, size[1] * _OVERSAMPLING))
         self.surface.fill(background)
 
     def copy(self) -> Canvas:
@@ -40,22 +40,23 @@ class Canvas:
         other.size, other.surface = self.size, self.surface.copy()
         return other
 
-    def clip(self, box: tuple[float, float, float, float] | None) -> None:
-        """Draw only inside x, y, width, height from now on; None: everywhere."""
-        self.surface.set_clip(None if box is None else [round(v * _FINE) for v in box])
+    def clip(self, box: Box | None) -> None:
+        """Draw only inside the box from now on; None: everywhere."""
+        self.surface.set_clip(None if box is None else [round(v * _OVERSAMPLING) for v in box])
 
     def to_surface(self) -> pygame.Surface:
+        """What has been drawn, in `size` pixels."""
         return pygame.transform.smoothscale(self.surface, self.size)
 
     def rectangle(
         self, x: float, y: float, width: float, height: float, colour: Colour, radius: float = 0
     ) -> None:
-        box = pygame.Rect(*(round(v * _FINE) for v in (x, y, width, height)))
-        pygame.draw.rect(self.surface, colour, box, border_radius=round(radius * _FINE))
+        box = pygame.Rect(*(round(v * _OVERSAMPLING) for v in (x, y, width, height)))
+        pygame.draw.rect(self.surface, colour, box, border_radius=round(radius * _OVERSAMPLING))
 
     def tint(self, points: np.ndarray, colour: Colour, opacity: float) -> None:
-        """Fill a polygon [n, 2] with a see-through colour."""
-        corners = np.asarray(points) * _FINE
+        """Fill a polygon [n, 2] with a translucent colour."""
+        corners = np.asarray(points) * _OVERSAMPLING
         low = np.floor(corners.min(axis=0)).astype(int)
         size = np.ceil(corners.max(axis=0)).astype(int) - low + 1
         layer = pygame.Surface(size.tolist(), pygame.SRCALPHA)
@@ -63,35 +64,34 @@ class Canvas:
         self.surface.blit(layer, low.tolist())
 
     def polygon(self, points: np.ndarray, colour: Colour) -> None:
-        pygame.draw.polygon(self.surface, colour, np.asarray(points) * _FINE)
+        pygame.draw.polygon(self.surface, colour, np.asarray(points) * _OVERSAMPLING)
 
     def line(self, points: np.ndarray, colour: Colour, width: float = 1.0, closed: bool = False) -> None:
-        """Through points [n, 2]."""
-        pygame.draw.lines(
-            self.surface, colour, closed, np.asarray(points) * _FINE, max(1, round(width * _FINE))
-        )
+        """A line through points [n, 2]."""
+        drawn_width = max(1, round(width * _OVERSAMPLING))
+        pygame.draw.lines(self.surface, colour, closed, np.asarray(points) * _OVERSAMPLING, drawn_width)
 
     def dashes(self, points: np.ndarray, colour: Colour, width: float = 1.0) -> None:
-        """A dashed line around the corners [n, 2]."""
+        """A dashed outline of the polygon [n, 2]."""
         ring = np.concatenate([points, points[:1]])
-        along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(ring, axis=0).T))])
-        count = max(3, round(along[-1] / (2 * _DASH)))
-        for start in along[-1] * np.arange(count) / count:
-            at = np.linspace(start, start + along[-1] / (2 * count), 4)
-            self.line(np.stack([np.interp(at, along, ring[:, i]) for i in (0, 1)], axis=1), colour, width)
+        arc_length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(ring, axis=0).T))])
+        count = max(3, round(arc_length[-1] / (2 * _DASH)))
+        for start in arc_length[-1] * np.arange(count) / count:
+            along = np.linspace(start, start + arc_length[-1] / (2 * count), 4)
+            corners = [np.interp(along, arc_length, ring[:, axis]) for axis in (0, 1)]
+            self.line(np.stack(corners, axis=1), colour, width)
 
     def disc(self, at: Iterable[float], radius: float, colour: Colour) -> None:
-        pygame.draw.circle(self.surface, colour, np.asarray(at) * _FINE, radius * _FINE)
+        pygame.draw.circle(self.surface, colour, np.asarray(at) * _OVERSAMPLING, radius * _OVERSAMPLING)
 
     def ring(self, at: Iterable[float], radius: float, colour: Colour, width: float = 1.0) -> None:
-        pygame.draw.circle(
-            self.surface, colour, np.asarray(at) * _FINE, radius * _FINE, max(1, round(width * _FINE))
-        )
+        centre, drawn_width = np.asarray(at) * _OVERSAMPLING, max(1, round(width * _OVERSAMPLING))
+        pygame.draw.circle(self.surface, colour, centre, radius * _OVERSAMPLING, drawn_width)
 
     def cross(self, at: np.ndarray, arm: float, colour: Colour, width: float = 1.0) -> None:
         """An x; `arm`: half its width."""
-        for way in ((1.0, 1.0), (1.0, -1.0)):
-            self.line(np.array([at - arm * np.array(way), at + arm * np.array(way)]), colour, width)
+        for diagonal in (np.array([1.0, 1.0]), np.array([1.0, -1.0])):
+            self.line(np.array([at - arm * diagonal, at + arm * diagonal]), colour, width)
 
     def text(
         self,
@@ -102,14 +102,17 @@ class Canvas:
         right: bool = False,
         halo: Colour | None = None,
     ) -> None:
-        """From, or up to, `at`, the middle of its left or right end. halo: a colour around the letters."""
-        width, height = _font(size * _FINE).size(text)
-        corner = (round(at[0] * _FINE - (width if right else 0)), round(at[1] * _FINE - height / 2))
+        """Text from `at`, or with `right` up to it, at half its height; halo: a colour around the letters."""
+        font = _font(size * _OVERSAMPLING)
+        width, height = font.size(text)
+        x = round(at[0] * _OVERSAMPLING - (width if right else 0))
+        y = round(at[1] * _OVERSAMPLING - height / 2)
         if halo is not None:
-            around = _font(size * _FINE).render(text, True, halo)
+            outline = font.render(text, True, halo)
             for dx, dy in itertools.product((-3, 0, 3), repeat=2):
-                self.surface.blit(around, (corner[0] + dx, corner[1] + dy))
-        self.surface.blit(_font(size * _FINE).render(text, True, colour), corner)
+                self.surface.blit(outline, (x + dx, y + dy))
+        self.surface.blit(font.render(text, True, colour), (x, y))
 
     def text_width(self, text: str, size: int) -> float:
-        return _font(size * _FINE).size(text)[0] / _FINE
+        """Pixels."""
+        return _font(size * _OVERSAMPLING).size(text)[0] / _OVERSAMPLING

@@ -1,4 +1,4 @@
-"""`ansi`: the map as characters, and the same numbers as beside the image."""
+"""`ansi`: the map as characters, and the numbers that stand beside the image."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trust_env.render.scene import Agent, Scene, Track, read_scene
+from trust_env.render.scene import Agent, Extent, Scene, Track, read_scene
 
 if TYPE_CHECKING:
-    from trust_env.parallel import TrustEnv
+    from trust_env.batch import Batch
 
 COLUMNS, ROWS = 64, 30  # characters are about twice as high as wide
-_BAR = 20
-_TRACK_SIGNS = {"published": "#", "hidden": "%", "tentative": "~"}
-_DETECTION_SIGNS = {"honest": "'", "clutter": ":", "injected": "x"}
+_BAR_WIDTH = 20
+_TRACK_CHARACTERS = {"published": "#", "hidden": "%", "tentative": "~"}
+_DETECTION_CHARACTERS = {"honest": "'", "clutter": ":", "injected": "x"}
 _LEGEND = (
     "A adversary   B benign agent   o target in the picture   ? missing from it   . in no FOV",
     "# track published   ! published but false   % hidden by the defense   ~ tentative",
@@ -26,15 +26,16 @@ _LEGEND = (
 class TextRenderer:
     """Draws the present frame as text."""
 
-    def __init__(self, env: TrustEnv):
-        self._env = env
+    def __init__(self, worlds: Batch):
+        self._worlds = worlds
 
     def draw(self) -> str:
-        scene = read_scene(self._env)
-        return "\n".join([*_head(scene), *_map(scene), *_LEGEND, "", *_agents(scene), *_tracks(scene)]) + "\n"
+        scene = read_scene(self._worlds)
+        lines = [*_head(scene), *_map(scene), *_LEGEND, "", *_agent_table(scene), *_track_table(scene)]
+        return "\n".join(lines) + "\n"
 
     def close(self) -> None:
-        """Nothing to give back."""
+        """Nothing to release."""
 
 
 def _head(scene: Scene) -> list[str]:
@@ -48,60 +49,70 @@ def _head(scene: Scene) -> list[str]:
 
 
 def _map(scene: Scene) -> list[str]:
-    """Later signs lie above earlier ones."""
+    """The framed map, a character per cell; the last one in a cell is shown."""
     cells = np.full((ROWS, COLUMNS), " ")
-    signs = [(d.position, _DETECTION_SIGNS[d.kind]) for d in scene.detections if d.kind != "injected"]
-    signs += [(t.position, _TRACK_SIGNS[t.kind] if not t.false else "!") for t in scene.tracks]
-    signs += [(t.position, "o" if t.shown else "?" if t.visible else ".") for t in scene.targets]
-    signs += [(d.position, _DETECTION_SIGNS[d.kind]) for d in scene.detections if d.kind == "injected"]
-    signs += [(a.position, "A" if a.adversary else "B") for a in scene.agents]
-    for position, sign in signs:
+    for position, character in _characters(scene):
         row, column = _cell(scene.extent, position)
         if 0 <= row < ROWS and 0 <= column < COLUMNS:
-            cells[row, column] = sign
+            cells[row, column] = character
     edge = "+" + "-" * COLUMNS + "+"
     return [edge, *("|" + "".join(line) + "|" for line in cells), edge]
 
 
-def _cell(extent: tuple[float, float, float, float], position: np.ndarray) -> tuple[int, int]:
-    x0, x1, y0, y1 = extent
-    metres = max((x1 - x0) / COLUMNS, (y1 - y0) / ROWS / 2)  # of a column; a row is twice as much
-    column = COLUMNS / 2 + (position[0] - (x0 + x1) / 2) / metres
-    row = ROWS / 2 - (position[1] - (y0 + y1) / 2) / (2 * metres)
+def _characters(scene: Scene) -> list[tuple[np.ndarray, str]]:
+    """Position (m) and character of everything on the map, from the bottom to the top."""
+    detections = [(d.position, _DETECTION_CHARACTERS[d.kind], d.kind == "injected") for d in scene.detections]
+    return [
+        *((position, character) for position, character, injected in detections if not injected),
+        *((t.position, "!" if t.false else _TRACK_CHARACTERS[t.kind]) for t in scene.tracks),
+        *((t.position, "o" if t.shown else "?" if t.visible else ".") for t in scene.targets),
+        *((position, character) for position, character, injected in detections if injected),
+        *((a.position, "A" if a.adversary else "B") for a in scene.agents),
+    ]
+
+
+def _cell(extent: Extent, position: np.ndarray) -> tuple[int, int]:
+    """Row and column."""
+    x_min, x_max, y_min, y_max = extent
+    width = max(
+        (x_max - x_min) / COLUMNS, (y_max - y_min) / ROWS / 2
+    )  # of a column, m; a row is twice as high
+    column = COLUMNS / 2 + (position[0] - (x_min + x_max) / 2) / width
+    row = ROWS / 2 - (position[1] - (y_min + y_max) / 2) / (2 * width)
     return math.floor(row), math.floor(column)
 
 
-def _agents(scene: Scene) -> list[str]:
+def _agent_table(scene: Scene) -> list[str]:
+    """Per agent its trust and how many detections it reported, honest and injected."""
     width = max(len(agent.name) for agent in scene.agents)
-    reports = [(0, 0)] * len(scene.agents)
+    counts = [[0, 0] for _ in scene.agents]
     for detection in scene.detections:
-        honest, injected = reports[detection.agent]
-        fake = detection.kind == "injected"
-        reports[detection.agent] = (honest + (not fake), injected + fake)
-    return [f"{'agent':{width}}  trust  {'':{_BAR}}  detections  injected"] + [
-        f"{agent.name:{width}}  {_number(agent.trust)}  {_bar(agent)}  {honest:10d}  {injected:8d}"
-        for agent, (honest, injected) in zip(scene.agents, reports, strict=True)
+        counts[detection.agent][detection.kind == "injected"] += 1
+    return [f"{'agent':{width}}  trust  {'':{_BAR_WIDTH}}  detections  injected"] + [
+        f"{agent.name:{width}}  {_format_trust(agent.trust)}  {_bar(agent)}  {honest:10d}  {injected:8d}"
+        for agent, (honest, injected) in zip(scene.agents, counts, strict=True)
     ]
 
 
 def _bar(agent: Agent) -> str:
     if math.isnan(agent.trust):
-        return f"{'no opinion':{_BAR}}"
-    return f"{'=' * round(_BAR * agent.trust):.<{_BAR}}"
+        return f"{'no opinion':{_BAR_WIDTH}}"
+    return f"{'=' * round(_BAR_WIDTH * agent.trust):.<{_BAR_WIDTH}}"
 
 
-def _tracks(scene: Scene) -> list[str]:
+def _track_table(scene: Scene) -> list[str]:
+    """Per confirmed track its trust, whether it is published, and where it is; empty without any."""
     confirmed = sorted((t for t in scene.tracks if t.kind != "tentative"), key=lambda track: track.id)
     if not confirmed:
         return []
-    return ["", "track  trust  picture          x          y", *(_track(track) for track in confirmed)]
+    return ["", "track  trust  picture          x          y", *(_track_row(track) for track in confirmed)]
 
 
-def _track(track: Track) -> str:
-    shown = ("false" if track.false else "shown") if track.kind == "published" else "hidden"
+def _track_row(track: Track) -> str:
+    picture = ("false" if track.false else "shown") if track.kind == "published" else "hidden"
     x, y = track.position
-    return f"{track.id:5d}  {_number(track.trust)}  {shown:7}  {x:9.5g}  {y:9.5g}"
+    return f"{track.id:5d}  {_format_trust(track.trust)}  {picture:7}  {x:9.5g}  {y:9.5g}"
 
 
-def _number(trust: float) -> str:
+def _format_trust(trust: float) -> str:
     return "    –" if math.isnan(trust) else f"{trust:5.2f}"

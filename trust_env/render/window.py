@@ -1,4 +1,4 @@
-"""`human`: the same picture in a window of its own, at the speed that the metadata gives."""
+"""`human`: the image in a window of its own."""
 
 from __future__ import annotations
 
@@ -6,25 +6,28 @@ from typing import TYPE_CHECKING
 
 import pygame
 
-from trust_env.render.image import SIZE, ImageRenderer
+from trust_env.render.image import IMAGE_SIZE, ImageRenderer
 
 if TYPE_CHECKING:
-    from trust_env.parallel import TrustEnv
+    from trust_env.batch import Batch
 
 
 class WindowRenderer:
-    """Opens its window with the first frame. When the user closes it the environment goes on, unseen."""
+    """Opens its window with the first frame. After the user has closed it, frames are no longer drawn.
 
-    def __init__(self, env: TrustEnv):
-        self._image = ImageRenderer(env)
-        self._title = f"trust-env: {env.scenario.name}"
-        self._fps = float(env.metadata["render_fps"])
+    fps: frames per second at most; `draw` waits for its turn.
+    """
+
+    def __init__(self, worlds: Batch, fps: float):
+        self._image = ImageRenderer(worlds)
+        self._title = f"trust-env: {worlds.scenario.name}"
+        self._fps = float(fps)
         self._clock = pygame.time.Clock()
         self._window: pygame.Window | None = None
-        self._done = False
+        self._closed = False
 
     def draw(self) -> None:
-        if self._done:
+        if self._closed:
             return
         if self._window is None:
             self._window = self._open()
@@ -38,7 +41,7 @@ class WindowRenderer:
     def _open(self) -> pygame.Window:
         try:
             pygame.display.init()
-            return pygame.Window(self._title, SIZE)
+            return pygame.Window(self._title, IMAGE_SIZE)
         except pygame.error as error:
             raise RuntimeError(
                 f'render_mode="human" finds no display ({error}); "rgb_array" and "ansi" need none'
@@ -46,7 +49,7 @@ class WindowRenderer:
 
     @staticmethod
     def _closed_by_user(window: pygame.Window) -> bool:
-        """Empty the queue of events; what tells of another environment's window is put back for it."""
+        """Empty the event queue; the closing of another environment's window is put back for that one."""
         closed = False
         for event in pygame.event.get():
             if event.type == pygame.WINDOWCLOSE and getattr(event, "window", None) is not window:
@@ -56,7 +59,7 @@ class WindowRenderer:
         return closed
 
     def close(self) -> None:
-        self._done = True
+        self._closed = True
         self._image.close()
         if self._window is not None:
             self._window.destroy()

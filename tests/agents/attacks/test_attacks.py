@@ -78,9 +78,9 @@ def play(scenario: Any, attack: Any, frames: int, worlds: int = 1, seed: int = 3
 
 def injected(env: VectorEnv) -> np.ndarray:
     """The points that adversaries have injected in the last frame, [W, K, D, 2] m; NaN elsewhere."""
-    there = np.arange(env.arrays.reports.shape[2]) < env.arrays.report_count[..., None]
+    there = np.arange(env.arrays.report_detections.shape[2]) < env.arrays.report_count[..., None]
     fake = there & (env.arrays.report_origin <= -2)
-    return np.where(fake[..., None], env.arrays.reports, np.nan)
+    return np.where(fake[..., None], env.arrays.report_detections, np.nan)
 
 
 def observers(env: VectorEnv, points: np.ndarray, role: str) -> np.ndarray:
@@ -759,7 +759,7 @@ class TestGeometry:
             actions[:, :1] = encode_action(env.scenario, box[..., 0, :], points)
             env.step(actions)
             reported = env.arrays.report_count[:, 0]
-            rows = [env.arrays.reports[w, 0, c - 4 : c] for w, c in enumerate(reported)]
+            rows = [env.arrays.report_detections[w, 0, c - 4 : c] for w, c in enumerate(reported)]
             stays = np.linalg.norm(np.array(rows) - points[:, 0], axis=-1) < 1e-3
             np.testing.assert_array_equal(fovs.contains(pose, points)[:, 0], stays)
             checked += int(stays.sum())

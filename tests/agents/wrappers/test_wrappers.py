@@ -13,7 +13,7 @@ from trust_env.agents import PolicyContext
 from trust_env.agents.wrappers import DEFAULT_VIEW, VIEWS, View, build_view
 from trust_env.scenario import Fovs, load_scenario
 from trust_env.vector import VectorEnv, vector_env
-from trust_env.world.editing import INJECTION_ORIGIN
+from trust_env.world.origin import FIRST_INJECTION
 
 pytestmark = pytest.mark.core
 
@@ -60,8 +60,8 @@ def drawn(view: View, worlds: int, seed: int) -> np.ndarray:
 def injected(env: VectorEnv, k: int) -> np.ndarray:
     """Where agent k of world 0 injected in the last frame, [n, 2] m."""
     count = int(env.arrays.report_count[0, k])
-    mine = env.arrays.report_origin[0, k, :count] <= INJECTION_ORIGIN
-    return env.arrays.reports[0, k, :count][mine]
+    mine = env.arrays.report_origin[0, k, :count] <= FIRST_INJECTION
+    return env.arrays.report_detections[0, k, :count][mine]
 
 
 @pytest.mark.parametrize("view", VARIANTS)

@@ -163,7 +163,7 @@ class Comparison:
     def compare_world(self, w: int, reference: Reference, weights: np.ndarray) -> None:
         arrays = self.env.arrays
         counts = arrays.report_count[w]
-        reports = [arrays.reports[w, k, : counts[k]].copy() for k in range(len(counts))]
+        reports = [arrays.report_detections[w, k, : counts[k]].copy() for k in range(len(counts))]
         frame = reference.take(reports, weights if self.loaded.actuation == "weight" else None)
         self.compare_beliefs(w, frame)
         self.compare_makers(w, reference.central)
