@@ -1,4 +1,4 @@
-"""PPO of Stable-Baselines3 for hundreds of learners in step; its state can be put down and taken up."""
+"""PPO of Stable-Baselines3 for hundreds of learners at once, with a state to save and restore."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class LearnersPPO(PPO):
         return True
 
     def _collect_frame(self, env: VecEnv, callback: BaseCallback, buffer: RolloutBuffer) -> bool:
-        """A frame of all learners; False: the callback has had enough."""
+        """A frame of all learners; False if the callback stops the rollout."""
         sampled, values, log_probs = self.policy(self._tensor(self._last_obs))
         actions = sampled.numpy()
         observations, rewards, dones, infos = env.step(self._within_space(actions))
@@ -66,7 +66,7 @@ class LearnersPPO(PPO):
         return True
 
     def _bootstrap(self, rewards: np.ndarray, truncated: list[int], infos: list[dict[str, Any]]) -> None:
-        """An episode that was cut off goes on in the value of its last observation."""
+        """Add the value of the last observation to the last reward of truncated episodes."""
         if truncated:
             final = np.stack([infos[i]["terminal_observation"] for i in truncated])
             rewards[truncated] += self.gamma * self.policy.predict_values(self._tensor(final)).numpy()[:, 0]
@@ -79,14 +79,14 @@ class LearnersPPO(PPO):
     def _tensor(self, observations: Any) -> th.Tensor:
         return th.as_tensor(observations, device=self.device)
 
-    # --- what it takes to go on bit for bit, between two rollouts ---
+    # --- the state between two rollouts, from which training continues bit for bit ---
 
     def get_state(self) -> dict[str, Any]:
         """Arrays and plain values: weights, optimiser, counts, statistics, worlds and random states."""
         normalised, learners = _environments(self)
         return {
-            "policy": _plain(self.policy.state_dict()),
-            "optimiser": _plain(self.policy.optimizer.state_dict()),
+            "policy": _to_arrays(self.policy.state_dict()),
+            "optimiser": _to_arrays(self.policy.optimizer.state_dict()),
             "counts": {name: getattr(self, name) for name in _COUNTS},
             "last_obs": np.array(self._last_obs),
             "last_episode_starts": np.array(self._last_episode_starts),
@@ -97,10 +97,10 @@ class LearnersPPO(PPO):
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Go on from a state of an algorithm that was made in the same way."""
+        """Continue from the state of an algorithm that was configured in the same way."""
         normalised, learners = _environments(self)
-        self.policy.load_state_dict(_tensors(state["policy"]))
-        self.policy.optimizer.load_state_dict(_tensors(state["optimiser"]))
+        self.policy.load_state_dict(_to_tensors(state["policy"]))
+        self.policy.optimizer.load_state_dict(_to_tensors(state["optimiser"]))
         for name in _COUNTS:
             setattr(self, name, state["counts"][name])
         self._last_obs, self._last_episode_starts = state["last_obs"], state["last_episode_starts"]
@@ -181,7 +181,7 @@ def _torch_threads(threads: int) -> Iterator[None]:
 
 
 def get_random_state() -> dict[str, Any]:
-    """Of Python's, NumPy's and torch's own generators, which Stable-Baselines3 draws from."""
+    """The states of Python's, NumPy's and torch's global generators, which Stable-Baselines3 draws from."""
     return {
         "python": random.getstate(),
         "numpy": np.random.get_state(),  # noqa: NPY002
@@ -195,19 +195,19 @@ def set_random_state(state: Mapping[str, Any]) -> None:
     th.set_rng_state(th.from_numpy(state["torch"].copy()))
 
 
-def _plain(tree: Any) -> Any:
+def _to_arrays(tree: Any) -> Any:
     """Tensors as arrays."""
     if isinstance(tree, Mapping):
-        return {key: _plain(value) for key, value in tree.items()}
+        return {key: _to_arrays(value) for key, value in tree.items()}
     if isinstance(tree, (list, tuple)):
-        return type(tree)(_plain(value) for value in tree)
+        return type(tree)(_to_arrays(value) for value in tree)
     return tree.detach().cpu().numpy().copy() if isinstance(tree, th.Tensor) else tree
 
 
-def _tensors(tree: Any) -> Any:
+def _to_tensors(tree: Any) -> Any:
     """Arrays as tensors."""
     if isinstance(tree, dict):
-        return {key: _tensors(value) for key, value in tree.items()}
+        return {key: _to_tensors(value) for key, value in tree.items()}
     if isinstance(tree, (list, tuple)):
-        return type(tree)(_tensors(value) for value in tree)
+        return type(tree)(_to_tensors(value) for value in tree)
     return th.from_numpy(tree.copy()) if isinstance(tree, np.ndarray) else tree

@@ -79,7 +79,7 @@ class LearnersVecEnv(VecEnv):
     def close(self) -> None:
         self.learners.close()
 
-    # --- what SB3 asks of environments that it thinks of as separate ---
+    # --- what SB3 asks of separate environments ---
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         value = None if attr_name == "render_mode" else getattr(self.learners, attr_name)
