@@ -1,4 +1,4 @@
-"""Checks of parameters of policies and wrappers; errors name the parameter, the value and what was expected."""
+"""Checks of parameters of policies and wrappers; errors name parameter, value and what was expected."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from trust_env.scenario import Scenario
 
 
 class Timed(Policy):
-    """Actions of an inner policy in the frames that `attacks` picks, zeros in the others. It sees all frames."""
+    """Actions of an inner policy, which sees every frame, in the frames of `attacks`; zeros in the others."""
 
     policy_parameters = ("inner",)
 

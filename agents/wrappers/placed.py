@@ -73,8 +73,8 @@ class PlacedPhantoms(ActionWrapper):
     def move(self, pointed: Points, steered: Points, kept: np.ndarray) -> None:
         """Move the phantoms by one frame; all arguments are [W, n, P].
 
-        Existing ones go on in the direction `steered` (1: at `speed`), new ones appear at `pointed`; those whose
-        turn it is are withdrawn unless `kept`.
+        Existing ones go on in the direction `steered` (1: at `speed`), new ones appear at `pointed`. Those
+        whose turn it is are withdrawn unless `kept`.
         """
         moved = self.position
         if self.speed:

@@ -27,8 +27,8 @@ class Learners:
     scenario, defense, num_worlds, max_cycles, threads: as of `VectorEnv`; knowledge: another level than the
     scenario's; wrapper: what their actions mean (`agents.wrappers`); learner_role: the role whose agents all
     learn, or the name of the only agent that does; others: policies of the other agents by role or name,
-    honest where none is given; stagger: the worlds' first episodes end at different frames, so that later ones
-    do not all end at once.
+    honest where none is given; stagger: the worlds' first episodes end at different frames, so that later
+    ones do not all end at once.
 
     An episode ends by truncation, at the horizon, and (with `autoreset`) its world begins the next one in the
     same step.
@@ -78,7 +78,7 @@ class Learners:
         return self.observe()
 
     def step(self, choices: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Observations float32[I, O'], rewards float32[I], truncated bool[I], info of a frame of choices[I, ...].
+        """Observations float32[I, O'], rewards float32[I], truncated bool[I] and info after choices[I, ...].
 
         info: "metrics", the environment's by name, [W] each, of this frame; where an episode ended also
         "final_obs" float32[I, O'], what was seen at its end (with `autoreset`).

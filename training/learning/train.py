@@ -105,8 +105,9 @@ def _begin(scenario: Any, config: Any, given: Mapping[str, Any], out: str | Path
 
     if out is None:
         raise ValueError("train: expected out, a new or empty folder for the run, or resume, that of a run")
-    is_name = scenario is None or isinstance(scenario, (str, Path))
-    named = scenario if is_name else load_scenario(scenario).name
+    named = scenario
+    if scenario is not None and not isinstance(scenario, (str, Path)):
+        named = load_scenario(scenario).name
     settings = load_configuration(config, given if named is None else {"scenario": str(named), **given})
     loaded = load_scenario(settings.scenario if scenario is None else scenario)
     build_learners(settings, loaded, num_worlds=1).close()  # ValueError for what does not fit together
