@@ -61,6 +61,7 @@ class Policy:
 
     name: ClassVar[str] = "policy"
     knowledge: str = "own"  # the least knowledge level that it needs
+    scripted: ClassVar[bool] = True  # False: it plays what was trained
     policy_parameters: ClassVar[tuple[str, ...]] = ()  # those that are policies; the registry builds them
 
     _context: PolicyContext | None = None

@@ -10,7 +10,7 @@ import numpy as np
 from trust_env.agents import POLICIES, Player
 from trust_env.vector import VectorEnv
 
-SCRIPTED = [name for name in POLICIES if name != "learned"]  # tested in learned/
+SCRIPTED = [name for name, policy in POLICIES.items() if policy.scripted]  # tested in learned/
 VARIANTS = [
     *SCRIPTED,
     "false_positive(motion=constant_velocity, speed=60)",

@@ -40,6 +40,7 @@ class Learned(Policy):
     """
 
     name = "learned"
+    scripted = False
 
     def __init__(self, path: str | None = None, against: str | None = None, sampled: bool = False):
         if path is not None and against is not None:

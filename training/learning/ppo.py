@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
-import random
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -19,6 +17,13 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 from trust_env.training.learning.configuration import Configuration
 from trust_env.training.learning.distribution import GroupedPolicy
 from trust_env.training.learning.sb3 import LearnersVecEnv
+from trust_env.training.learning.torch_state import (
+    get_random_state,
+    set_random_state,
+    to_arrays,
+    to_tensors,
+    torch_threads,
+)
 
 ACTIVATIONS = {"tanh": th.nn.Tanh, "relu": th.nn.ReLU}
 _COUNTS = ("num_timesteps", "_n_updates", "_current_progress_remaining")
@@ -37,7 +42,7 @@ class LearnersPPO(PPO):
         self.policy.set_training_mode(False)
         rollout_buffer.reset()
         callback.on_rollout_start()
-        with _torch_threads(1), th.no_grad():
+        with torch_threads(1), th.no_grad():
             for _ in range(n_rollout_steps):
                 if not self._collect_frame(env, callback, rollout_buffer):
                     return False
@@ -85,8 +90,8 @@ class LearnersPPO(PPO):
         """Arrays and plain values: weights, optimiser, counts, statistics, worlds and random states."""
         normalised, learners = _environments(self)
         return {
-            "policy": _to_arrays(self.policy.state_dict()),
-            "optimiser": _to_arrays(self.policy.optimizer.state_dict()),
+            "policy": to_arrays(self.policy.state_dict()),
+            "optimiser": to_arrays(self.policy.optimizer.state_dict()),
             "counts": {name: getattr(self, name) for name in _COUNTS},
             "last_obs": np.array(self._last_obs),
             "last_episode_starts": np.array(self._last_episode_starts),
@@ -99,8 +104,8 @@ class LearnersPPO(PPO):
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Continue from the state of an algorithm that was configured in the same way."""
         normalised, learners = _environments(self)
-        self.policy.load_state_dict(_to_tensors(state["policy"]))
-        self.policy.optimizer.load_state_dict(_to_tensors(state["optimiser"]))
+        self.policy.load_state_dict(to_tensors(state["policy"]))
+        self.policy.optimizer.load_state_dict(to_tensors(state["optimiser"]))
         for name in _COUNTS:
             setattr(self, name, state["counts"][name])
         self._last_obs, self._last_episode_starts = state["last_obs"], state["last_episode_starts"]
@@ -157,57 +162,3 @@ def _set_statistics(env: VecNormalize, found: Mapping[str, Any]) -> None:
     vars(env.ret_rms).update(found["rewards"])
     if env.norm_obs:
         vars(env.obs_rms).update(found["observations"])
-
-
-@contextlib.contextmanager
-def own_torch(threads: int) -> Iterator[None]:
-    """While the block runs, torch has so many threads; the random generators of others end as they began."""
-    random_state = get_random_state()
-    try:
-        with _torch_threads(threads):
-            yield
-    finally:
-        set_random_state(random_state)
-
-
-@contextlib.contextmanager
-def _torch_threads(threads: int) -> Iterator[None]:
-    before = th.get_num_threads()
-    th.set_num_threads(threads)
-    try:
-        yield
-    finally:
-        th.set_num_threads(before)
-
-
-def get_random_state() -> dict[str, Any]:
-    """The states of Python's, NumPy's and torch's global generators, which Stable-Baselines3 draws from."""
-    return {
-        "python": random.getstate(),
-        "numpy": np.random.get_state(),  # noqa: NPY002
-        "torch": th.get_rng_state().numpy(),
-    }
-
-
-def set_random_state(state: Mapping[str, Any]) -> None:
-    random.setstate(state["python"])
-    np.random.set_state(state["numpy"])  # noqa: NPY002
-    th.set_rng_state(th.from_numpy(state["torch"].copy()))
-
-
-def _to_arrays(tree: Any) -> Any:
-    """Tensors as arrays."""
-    if isinstance(tree, Mapping):
-        return {key: _to_arrays(value) for key, value in tree.items()}
-    if isinstance(tree, (list, tuple)):
-        return type(tree)(_to_arrays(value) for value in tree)
-    return tree.detach().cpu().numpy().copy() if isinstance(tree, th.Tensor) else tree
-
-
-def _to_tensors(tree: Any) -> Any:
-    """Arrays as tensors."""
-    if isinstance(tree, dict):
-        return {key: _to_tensors(value) for key, value in tree.items()}
-    if isinstance(tree, (list, tuple)):
-        return type(tree)(_to_tensors(value) for value in tree)
-    return th.from_numpy(tree.copy()) if isinstance(tree, np.ndarray) else tree

@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from stable_baselines3.common.callbacks import BaseCallback
 
 from trust_env.agents.learned.policy import Learned
 from trust_env.agents.wrappers import DEFAULT_WRAPPER
@@ -19,6 +18,7 @@ from trust_env.training.learning.export import export_policy
 from trust_env.training.learning.learners import Learners
 from trust_env.training.learning.logs import Logs, truncate
 from trust_env.training.learning.ppo import build_ppo
+from trust_env.training.learning.rollout_metrics import RolloutMetrics
 from trust_env.training.learning.sb3 import LearnersVecEnv
 from trust_env.training.learning.training_folder import TrainingFolder
 from trust_env.vector import VectorEnv
@@ -158,31 +158,3 @@ class Session:
     def close(self) -> None:
         self.logs.close()
         self.env.close()
-
-
-class RolloutMetrics(BaseCallback):
-    """Means of the environment's own metrics over a rollout; reports progress to `advance`."""
-
-    _NAMES = ("false_tracks", "missing_targets")
-
-    def __init__(self, env: LearnersVecEnv):
-        super().__init__()
-        self._env = env
-        self.advance: Callable[[int], None] = lambda n: None
-        self._clear()
-
-    def _clear(self) -> None:
-        self._frames, self._sums = 0, dict.fromkeys(self._NAMES, 0.0)
-
-    def _on_step(self) -> bool:
-        self._frames += 1
-        for name in self._NAMES:
-            self._sums[name] += float(self._env.metrics[name].mean())
-        self.advance(self._env.num_envs)
-        return True
-
-    def take(self) -> dict[str, float]:
-        """Means per frame since the last call."""
-        means = {f"{name}_per_frame": total / self._frames for name, total in self._sums.items()}
-        self._clear()
-        return {"damage_per_frame": sum(means.values())} | means

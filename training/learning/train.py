@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
-import signal
 import sys
-import threading
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from trust_env.scenario import load_scenario
 from trust_env.training.console import progress as progress_bar
 from trust_env.training.learning.configuration import load_configuration
+from trust_env.training.learning.signals import stop_on_signals
 
 if TYPE_CHECKING:
     from trust_env.training.learning.session import Session
@@ -83,9 +82,9 @@ def train(
         folder = TrainingFolder.open(resume)
     else:
         folder = _begin(scenario, config, given, out)
-    from trust_env.training.learning.ppo import own_torch
+    from trust_env.training.learning.torch_state import isolated_torch
 
-    with folder.alone(), own_torch(folder.configuration().threads):
+    with folder.alone(), isolated_torch(folder.configuration().threads):
         return _continue(folder, progress)
 
 
@@ -146,30 +145,6 @@ def _shown(session: Session, progress: bool) -> Iterator[tuple[Callable[[int], N
                 _warn(f"train: {session.steps:,} of {total:,} steps, {session.seconds:.0f} s: {text}")
 
         yield advance, say
-
-
-@contextlib.contextmanager
-def stop_on_signals() -> Iterator[Callable[[], bool]]:
-    """Whether a stop is requested: SIGINT and SIGTERM request a stop after this rollout, the second one
-    interrupts at once.
-    """
-    received: list[int] = []
-
-    def request_stop(number: int, frame: Any) -> None:
-        if received:
-            raise KeyboardInterrupt
-        received.append(number)
-        _warn("stopping after this rollout; once more stops at once, back to the last checkpoint")
-
-    if threading.current_thread() is not threading.main_thread():
-        yield lambda: False
-        return
-    before = {number: signal.signal(number, request_stop) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield lambda: bool(received)
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _evaluations(folder: Path) -> list[dict[str, float]]:
