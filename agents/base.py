@@ -78,7 +78,7 @@ class Policy:
         return self._context
 
     def reset(self, context: PolicyContext) -> None:
-        """Begin an episode in the worlds of `context.mask`; the others go on."""
+        """Begin an episode in the worlds of `context.mask`; the others continue theirs."""
         is_prepared = self._context is not None and self._context.fits(context)
         self._context = context
         if not is_prepared:

@@ -26,7 +26,7 @@ class Player:
         while env.agents:
             observations, rewards, terminated, truncated, infos = env.step(player.actions(observations))
 
-    policies: by role ("adversary", "benign") or by agent's name, which goes first; whoever is not named is
+    policies: by role ("adversary", "benign") or by agent's name, which takes precedence; all others are
     honest. Agents under one entry, or under one and the same object, form a coalition. The environment says
     which worlds begin an episode, so there is nothing to reset here.
     """

@@ -40,7 +40,7 @@ MOST_LOG_STD, MOST_PARAMETER = 20.0, 1000
 
 
 def check_policy(tensors: Mapping[str, np.ndarray], config: Mapping[str, Any]) -> None:
-    """ValueError, naming the key or the tensor, for a policy that is not as the tables say."""
+    """ValueError, naming the key or the tensor, for a policy that does not fit the tables above."""
     _check_config(config)
     normalised = "obs_mean" in tensors
     _check_tensors(tensors, tensor_shapes(config["layers"], config["choices"], normalised))
@@ -118,7 +118,7 @@ def _is_wrapper(value: Any) -> bool:
 
 
 def _is_word_or_number(value: Any) -> bool:
-    """A word, or a number of no more than a wrapper has use for: it may allocate as much."""
+    """A word, or a number small enough that a wrapper can allocate as much."""
     match value:
         case str():
             return re.fullmatch(r"\w*", value) is not None

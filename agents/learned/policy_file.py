@@ -1,7 +1,8 @@
 """The file of a learned policy: tensors and a plain config in one safetensors file. No code, no pickle.
 
-Whoever wrote a file, reading it runs nothing and builds nothing but arrays and one of the built-in wrappers;
-all of it is checked against the tables of `policy_checks`, and what does not fit raises ValueError.
+Reading a file runs no code from it and builds only arrays and one of the built-in wrappers, so that files of
+strangers are safe to read. All of it is checked against the tables of `policy_checks`; what does not fit
+raises ValueError.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Action wrappers: what the actions of a learner mean, and what it sees. One file each; here the registry.
 
-A false track needs the same phantom reported frame after frame, which raw actions make a needle in a
-haystack: a policy that draws its actions reports another place in every frame. A wrapper keeps the
-phantoms, and the learner says what becomes of them.
+A false track needs the same phantom reported frame after frame, which exploration with raw actions hardly
+ever does: a policy that draws its actions reports another place in every frame. A wrapper keeps the phantoms
+where they are, and the learner places, steers and withdraws them.
 
 Damage per frame on `patrol` at knowledge level `own` after 1,000,000 steps (a minute), seeds 0 and 1,
 where the worst scripted attack does 4.34 and 1.93, and at level `poses` 4.34 and 4.33:
@@ -13,11 +13,10 @@ where the worst scripted attack does 4.34 and 1.93, and at level `poses` 4.34 an
     grid        8.87, 8.79       6.85, 7.20
 
 `python -m trust_env.training.learning.compare_wrappers --out FOLDER` repeats it; the numbers lie beside it.
-What made the difference, one seed of 400,000 steps against trust, before -> after: phantoms that follow where
-the learner points -> that stay where they appear, grid 4.07 -> 6.52, phantoms 2.07 -> 5.38 (pointing matters
-when a phantom appears and hardly later, so that nothing taught those that were there where to stay). Twice
-that many steps with phantoms that follow: grid 2.75 in the area's frame, 4.85 in the outward one and with
-normalised observations.
+What raised the damage most (one seed, 400,000 steps against trust): phantoms that stay where they appear,
+instead of following where the learner points: grid 4.07 -> 6.52, phantoms 2.07 -> 5.38. With phantoms that
+follow, after twice as many steps: grid 2.75 in the area's frame, 4.85 in the outward one with normalised
+observations.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ class Grid(PlacedPhantoms):
     suppressed: 0 none, 1 those in the nearer half of the FOV, 2 the others, 3 all.
 
     Where there is no phantom, one appears at the point, or on the FOV's edge before it; one that is there
-    stays, or goes on at `speed` in the direction of the point, until it is withdrawn.
+    stays, or moves at `speed` in the direction of the point, until it is withdrawn.
 
     g            points of the grid along x and along y
     n            phantoms per learner, at most two per injection slot; None: the largest injection budget

@@ -19,9 +19,9 @@ class Phantoms(PlacedPhantoms):
     """`Box(-1, 1, (3P + 3,))`: per phantom [report, x, y], then the suppression disc [x, y, radius].
 
     A phantom appears three FOV radii times (x, y) from its own point of a circle of half the FOV's radius, or
-    on the FOV's edge before that. It stays there, or goes on by (x, y) times `speed`, until `report` is below
-    -0.8; then it is gone, and a new one may appear. Own detections inside the disc about (x, y), in radii,
-    are suppressed; its radius goes from 0 at -1 over a third of the FOV's at 0 to where it covers all.
+    on the FOV's edge before that. It stays there, or moves by (x, y) times `speed`, until `report` is below
+    -0.8; then it is withdrawn, and a new one can appear. Own detections inside the disc about (x, y), in FOV
+    radii, are suppressed; its radius is 0 at -1, a third of the FOV's at 0, and covers all at 1.
 
     n            phantoms per learner, at most two per injection slot; None: the largest injection budget
     speed        m/s; 0: they stay where they appear

@@ -15,7 +15,7 @@ MOST_TURNS = 2  # phantoms per slot: a tentative track outlives one frame withou
 
 
 class PlacedPhantoms(ActionWrapper):
-    """A phantom appears where the learner points, and stays until it is withdrawn; with a `speed` it goes
+    """A phantom appears where the learner points, and stays until it is withdrawn; with a `speed` it moves
     where the learner steers it. So exploration noise does not break its track. More phantoms than injection
     slots take turns in them.
 
@@ -24,7 +24,7 @@ class PlacedPhantoms(ActionWrapper):
     FOVs that are no circles report what lies outside them from where the environment moves it, inside.
     """
 
-    hidden_fields = frozenset({"role", "report", "report_mask"})  # the wrapper's own fields say it shorter
+    hidden_fields = frozenset({"role", "report", "report_mask"})  # the own fields hold it in fewer numbers
     state_arrays = ("position", "exists", "clock")
 
     position: Points  # complex64[W, n, P], see `ReferenceFrame`
@@ -51,7 +51,7 @@ class PlacedPhantoms(ActionWrapper):
         return 3 * self.phantoms
 
     def _count(self, context: PolicyContext) -> tuple[int, int]:
-        """Phantoms per learner, and the slots that they share."""
+        """Phantoms per learner, and the injection slots in which they take turns."""
         budgets = [context.scenario.agent(int(k)).budget.injections for k in context.agents]
         slots = min(max(budgets), context.scenario.injection.slots)
         n = slots if self.n is None else self.n
@@ -73,7 +73,7 @@ class PlacedPhantoms(ActionWrapper):
     def move(self, pointed: Points, steered: Points, kept: np.ndarray) -> None:
         """Move the phantoms by one frame; all arguments are [W, n, P].
 
-        Existing ones go on in the direction `steered` (1: at `speed`), new ones appear at `pointed`. Those
+        Existing ones move in the direction `steered` (1: at `speed`), new ones appear at `pointed`. Those
         whose turn it is are withdrawn unless `kept`.
         """
         moved = self.position

@@ -45,7 +45,7 @@ class ActionWrapper:
         return self._context
 
     def reset(self, context: PolicyContext) -> None:
-        """Begin an episode in the worlds of `context.mask`; the others go on."""
+        """Begin an episode in the worlds of `context.mask`; the others continue theirs."""
         is_prepared = self._context is not None and self._context.fits(context)
         self._context = context
         if not is_prepared:
@@ -97,11 +97,11 @@ class ActionWrapper:
         """Hook: seen[W, n, O'] holds the fields; add the wrapper's own numbers in [-1, 1] behind them."""
 
     def get_state(self) -> dict[str, np.ndarray]:
-        """Copies of everything that `set_state` needs, after `reset`, to go on bit for bit."""
+        """Copies of the arrays from which `set_state`, after `reset`, continues bit for bit."""
         return {name: getattr(self, name).copy() for name in self.state_arrays}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Go on from a state of `get_state`; ValueError if it comes from other learners."""
+        """Continue from a state of `get_state`; ValueError if it comes from other learners."""
         for name in self.state_arrays:
             own, given = getattr(self, name), np.asarray(state.get(name))
             if own.shape != given.shape or own.dtype != given.dtype:

@@ -69,7 +69,7 @@ class Checkpoint(Part):
 
 
 class Configuration(Part):
-    """All fields of a training run, made by `load_configuration`; `defaults.yaml` explains each."""
+    """All fields of a training run, from `load_configuration`; `defaults.yaml` explains each."""
 
     scenario: str
     defense: str

@@ -58,7 +58,7 @@ class GymVectorEnv(gymnasium.vector.VectorEnv):
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Begin an episode in every world, the first of `seed` or the next; unknown options are ignored."""
         if options and "reset_mask" in options:
-            raise ValueError("option 'reset_mask': learners share worlds, so that none is reset by itself")
+            raise ValueError("option 'reset_mask': learners share worlds, so that none can be reset alone")
         super().reset(seed=seed)
         self._begin(np.ones(self.num_envs, dtype=bool))
         return self.learners.reset(seed), {}

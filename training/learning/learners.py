@@ -71,8 +71,8 @@ class Learners:
         self.env.reset(seed)
         self._ends[...] = self.env.max_cycles
         if self.stagger:
-            shares = np.arange(1, self.num_worlds + 1) / self.num_worlds
-            self._ends[...] = np.ceil(shares * self.env.max_cycles)
+            fractions = np.arange(1, self.num_worlds + 1) / self.num_worlds
+            self._ends[...] = np.ceil(fractions * self.env.max_cycles)
         self._started = True
         self.wrapper.reset(self._context(np.ones(self.num_worlds, dtype=bool)))
         return self.observe()
@@ -131,8 +131,9 @@ class Learners:
         return PolicyContext(self.scenario, table, self.agents, seed, worlds, episodes, begins)
 
     def get_state(self) -> dict[str, Any]:
-        """A snapshot of NumPy arrays and plain values, from which `set_state` goes on bit for bit, here or in
-        other learners that were made in the same way.
+        """A snapshot of NumPy arrays and built-in values, from which `set_state` continues bit for bit.
+
+        Other learners that were constructed in the same way can take it too.
         """
         return {
             "rows": self.env.worlds.rows.copy(),
@@ -143,7 +144,7 @@ class Learners:
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Go on from a snapshot. ValueError if it comes from learners made in another way."""
+        """Continue from a snapshot. ValueError if it comes from learners constructed in another way."""
         rows, own = np.asarray(state["rows"]), self.env.worlds.rows
         if rows.shape != own.shape or rows.dtype != own.dtype:
             raise ValueError(

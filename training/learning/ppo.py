@@ -87,7 +87,7 @@ class LearnersPPO(PPO):
     # --- the state between two rollouts, from which training continues bit for bit ---
 
     def get_state(self) -> dict[str, Any]:
-        """Arrays and plain values: weights, optimiser, counts, statistics, worlds and random states."""
+        """Arrays and built-in values: weights, optimiser, counts, statistics, worlds and random states."""
         normalised, learners = _environments(self)
         return {
             "policy": to_arrays(self.policy.state_dict()),

@@ -64,7 +64,7 @@ class LearnersVecEnv(VecEnv):
         self._returns[ended], self._lengths[ended] = 0.0, 0
 
     def get_state(self) -> dict[str, Any]:
-        """A snapshot of NumPy arrays and plain values; see `Learners.get_state`."""
+        """A snapshot of NumPy arrays and built-in values; see `Learners.get_state`."""
         own = {"returns": self._returns.copy(), "lengths": self._lengths.copy()}
         return self.learners.get_state() | own
 

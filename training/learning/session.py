@@ -43,7 +43,7 @@ def build_learners(config: Configuration, scenario: Scenario, num_worlds: int) -
 
 
 class Session:
-    """From `saved`, what the last checkpoint in the folder holds, or from the beginning."""
+    """A run from `saved`, the content of its folder's last checkpoint, or from the beginning."""
 
     def __init__(self, folder: TrainingFolder, saved: Mapping[str, Any] | None):
         self.folder, self.config, scenario = folder, folder.configuration(), folder.scenario()
@@ -141,7 +141,7 @@ class Session:
         export_policy(self.folder.path, self.model, self.env.learners, self.config)
 
     def save(self) -> None:
-        """The policy, and a checkpoint from which the run goes on bit for bit."""
+        """Write the policy, and a checkpoint from which the run continues bit for bit."""
         self._export()
         self.folder.checkpoints.save(self.steps, self._state())
         self._saved = time.monotonic()

@@ -35,7 +35,7 @@ class TrainingRun:
     began_at: int = 0  # steps that earlier sessions had done
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values only, ready for JSON."""
+        """The result as built-in values, for JSON."""
         return {"folder": str(self.folder), "steps": self.steps, "evaluations": self.evaluations}
 
     def describe(self) -> str:
@@ -62,7 +62,7 @@ def train(
     overrides: Mapping[str, Any] | None = None,
     progress: bool = True,
 ) -> TrainingRun:
-    """Train a policy against a defense, in the folder `out`, or go on with the run in the folder `resume`.
+    """Train a policy against a defense, in the folder `out`, or continue the run in the folder `resume`.
 
     config: a YAML file or a mapping that says what differs from `learning/defaults.yaml`; the other arguments
     override it where given. overrides: single fields, {"ppo.learning_rate": 1e-3}. others: policies of the
@@ -70,7 +70,7 @@ def train(
     machine, however often the run was stopped and resumed.
 
     Raises ValueError for what cannot be trained and for a folder that may not be used, OSError for one that
-    cannot be written, KeyboardInterrupt when interrupted: the folder then has what it takes to resume.
+    cannot be written, KeyboardInterrupt when interrupted: the run can then be resumed.
     """
     from trust_env.training.learning.training_folder import TrainingFolder
 
@@ -139,12 +139,12 @@ def _shown(session: Session, progress: bool) -> Iterator[tuple[Callable[[int], N
     total = session.total
     with progress_bar("train", total, progress, session.steps) as (advance, tell):
 
-        def say(text: str) -> None:
+        def report(text: str) -> None:
             tell(f"train: {text}")
             if progress and not sys.stderr.isatty():
                 _warn(f"train: {session.steps:,} of {total:,} steps, {session.seconds:.0f} s: {text}")
 
-        yield advance, say
+        yield advance, report
 
 
 def _evaluations(folder: Path) -> list[dict[str, float]]:
