@@ -56,7 +56,7 @@ def weights(network: Any) -> np.ndarray:
 
 
 def damage(policies: Mapping[str, Choose], scenario: Any, defense: Any, episodes: int = 20) -> float:
-    """Damage per frame, mean over episodes, of trained networks by role or agent; all other agents are honest."""
+    """Mean damage per frame of trained networks, by role or agent; all other agents are honest."""
     venv = vector_env(scenario, defense, episodes, autoreset=False)
     metrics = EpisodeMetrics(venv)
     player = Player(venv, {who: Trained(choose) for who, choose in policies.items()})
