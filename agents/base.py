@@ -1,4 +1,4 @@
-"""What a policy is: it sees the observations of its own agents and the scenario, and returns their actions.
+"""What a policy is: actions of its own agents from their observations and the scenario.
 
 One policy object plays all agents that it is given (a coalition), in one world or in a batch. It draws random
 numbers only from streams that are a function of (seed, world, episode), so that what happens in a world does
@@ -13,9 +13,10 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
+from trust_env.agents.search_ranges import SearchRanges
 from trust_env.scenario import Fovs, Scenario
 from trust_env.spaces.action import ActionTable
-from trust_env.spaces.observation import KNOWLEDGE, ObservationTable
+from trust_env.spaces.observation import ObservationTable
 from trust_env.spec import Spec
 from trust_env.world.random import POLICY, uniforms
 
@@ -55,22 +56,19 @@ class PolicyLike(Protocol):
 
 
 class Policy:
-    """A policy in which only `choose` is left to write.
-
-    knowledge: the least knowledge level that it needs. After `reset` there are `context`, `frame` int[W]
-    (frames since the episode began), `dt` (s), and of its own agents `fovs` and the budgets `injections` and
-    `suppressions` int[n].
-    """
+    """A policy in which only `choose` is left to write. After `reset` it knows its context and its agents."""
 
     name: ClassVar[str] = "policy"
-    knowledge: str = "own"
+    knowledge: str = "own"  # the least knowledge level that it needs
+    scripted: ClassVar[bool] = True  # False: it plays what was trained
+    policy_parameters: ClassVar[tuple[str, ...]] = ()  # those that are policies; the registry builds them
 
     _context: PolicyContext | None = None
-    frame: np.ndarray
-    fovs: Fovs
-    injections: np.ndarray
-    suppressions: np.ndarray
-    dt: float
+    frame: np.ndarray  # int[W], frames since the episode began
+    dt: float  # s
+    fovs: Fovs  # of its own agents
+    injections: np.ndarray  # int[n], their budgets
+    suppressions: np.ndarray  # int[n]
 
     @property
     def context(self) -> PolicyContext:
@@ -79,10 +77,10 @@ class Policy:
         return self._context
 
     def reset(self, context: PolicyContext) -> None:
-        """Begin an episode in the worlds of `context.mask`; the others go on."""
-        goes_on = self._context is not None and self._context.fits(context)
+        """Begin an episode in the worlds of `context.mask`; the others continue theirs."""
+        is_prepared = self._context is not None and self._context.fits(context)
         self._context = context
-        if not goes_on:
+        if not is_prepared:
             agents = [context.scenario.agent(int(k)) for k in context.agents]
             self.fovs, self.dt = Fovs.of(context.scenario, context.agents), context.scenario.dt
             self.injections = np.array([agent.budget.injections for agent in agents], dtype=np.int64)
@@ -102,30 +100,33 @@ class Policy:
 
     def choose(self, seen: dict[str, np.ndarray]) -> np.ndarray:
         """Actions float32[W, n, A] on the fields of the observation table, in metres, each [W, n, ...]."""
-        raise NotImplementedError(
-            f"{type(self).__name__} needs a method choose(self, seen), or act(self, observations)"
-        )
+        missing = "a method choose(self, seen), or act(self, observations)"
+        raise NotImplementedError(f"{type(self).__name__} needs {missing}")
+
+    @classmethod
+    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+        """Hook: what a search for the worst attack may try, by parameter; empty: nothing to search."""
+        return {}
 
     def draw(
         self, purpose: int, count: int, rows: _Rows = _ALL, agents: np.ndarray | None = None
     ) -> np.ndarray:
         """U[0, 1) draws [W, n, count] for the present frame of every world (or of some rows) and agent."""
         if count > MOST_DRAWS:
-            raise ValueError(
-                f"{self.name}: draws {count} numbers per agent and frame; at most {MOST_DRAWS} are possible"
-            )
+            most = f"at most {MOST_DRAWS} are possible"
+            raise ValueError(f"{self.name}: draws {count} numbers per agent and frame; {most}")
         c, frame = self.context, self.frame[rows]
         worlds, episodes = c.worlds[rows], c.episodes[rows]
-        owners = c.agents if agents is None else agents
-        out = np.empty((len(frame), len(owners), count))
-        for i, k in enumerate(owners):
+        agents = c.agents if agents is None else agents
+        out = np.empty((len(frame), len(agents), count))
+        for i, k in enumerate(agents):
             first = (int(k) << 18) | (purpose << 14)
             out[:, i] = uniforms(c.seed, worlds, episodes, POLICY, frame, count, first)
         return out
 
-    def nothing(self) -> np.ndarray:
+    def zero_actions(self) -> np.ndarray:
         """The honest action float32[W, n, A]: zeros."""
-        return ActionTable(self.context.scenario).nothing(len(self.frame), len(self.context.agents))
+        return ActionTable(self.context.scenario).zero_actions(len(self.frame), len(self.context.agents))
 
     def encode(
         self,
@@ -146,38 +147,9 @@ class Policy:
 
     def __repr__(self) -> str:
         known = [name for name in inspect.signature(type(self)).parameters if hasattr(self, name)]
-        return str(Spec(self.name, {name: _plain(getattr(self, name)) for name in known}))
+        return str(Spec(self.name, {name: _to_builtin(getattr(self, name)) for name in known}))
 
 
-def _plain(value: Any) -> Any:
+def _to_builtin(value: Any) -> Any:
+    """The value of a parameter as it is written: a policy as its spec."""
     return repr(value) if isinstance(value, Policy) else value
-
-
-def check_knowledge(policy: Any, scenario: Scenario) -> None:
-    """ValueError, naming both levels, if the scenario lets agents observe less than the policy needs."""
-    needed = knowledge_of(policy)
-    if KNOWLEDGE[scenario.knowledge] < KNOWLEDGE[needed]:
-        raise ValueError(
-            f"policy {name_of(policy)!r} needs knowledge level {needed!r}, but scenario {scenario.name!r} "
-            f"gives {scenario.knowledge!r}; give more with '{scenario.name}(knowledge={needed})'"
-        )
-
-
-def sufficient_knowledge(scenario: Scenario, *policies: Any) -> str:
-    """The least knowledge level, from the scenario's own on, at which all the policies can play."""
-    levels = [scenario.knowledge, *(knowledge_of(policy) for policy in policies)]
-    return max(levels, key=KNOWLEDGE.__getitem__)
-
-
-def knowledge_of(policy: Any) -> str:
-    """The least knowledge level that a policy needs."""
-    level = getattr(policy, "knowledge", "own")
-    if level not in KNOWLEDGE:
-        raise ValueError(
-            f"policy {name_of(policy)!r}: knowledge = {level!r}: expected one of {', '.join(KNOWLEDGE)}"
-        )
-    return level
-
-
-def name_of(policy: Any) -> str:
-    return getattr(policy, "name", None) or type(policy).__name__

@@ -7,7 +7,9 @@ from typing import Any, overload
 
 import numpy as np
 
-from trust_env.agents.base import PolicyContext, PolicyLike, check_knowledge, name_of
+from trust_env.agents.base import PolicyContext, PolicyLike
+from trust_env.agents.knowledge import check_knowledge, name_of
+from trust_env.agents.registry import build_policy
 from trust_env.errors import unknown_name
 from trust_env.scenario import Scenario
 from trust_env.spaces.action import ActionTable
@@ -17,14 +19,14 @@ ROLES = ("adversary", "benign")
 
 
 class Player:
-    """Actions for all agents of a `parallel_env` or a `vector_env`.
+    """Actions for all agents of a `parallel_env` or a `vector_env`, from a policy by role or by agent.
 
         player = Player(env, {"adversary": "false_positive(n=2)"})
         observations, infos = env.reset(seed=1)
         while env.agents:
             observations, rewards, terminated, truncated, infos = env.step(player.actions(observations))
 
-    policies: by role ("adversary", "benign") or by agent's name, which goes first; whoever is not named is
+    policies: by role ("adversary", "benign") or by agent's name, which takes precedence; all others are
     honest. Agents under one entry, or under one and the same object, form a coalition. The environment says
     which worlds begin an episode, so there is nothing to reset here.
     """
@@ -46,10 +48,8 @@ class Player:
     def actions(self, observations: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]: ...
     @overload
     def actions(self, observations: np.ndarray) -> np.ndarray: ...
-    def actions(
-        self, observations: Mapping[str, np.ndarray] | np.ndarray
-    ) -> dict[str, np.ndarray] | np.ndarray:
-        """What all agents do on what they observe: a dict on a dict, float32[W, K, A] on [W, K, O]."""
+    def actions(self, observations: Mapping[str, np.ndarray] | np.ndarray) -> Any:
+        """Actions of all agents on their observations: a dict on a dict, float32[W, K, A] on [W, K, O]."""
         if not isinstance(observations, Mapping):
             return self._act(np.asarray(observations))
         stacked = np.stack([observations[name] for name in self.names])
@@ -64,37 +64,28 @@ class Player:
             chosen = np.asarray(policy.act(observations[:, agents]))
             expected = (len(observations), len(agents), self._action_size)
             if chosen.shape != expected:
-                found = f"returned actions of shape {list(chosen.shape)}"
-                raise ValueError(
-                    f"policy {name_of(policy)!r} {found}; expected {list(expected)} (worlds, agents, entries)"
-                )
+                shapes = f"{list(chosen.shape)}; expected {list(expected)} (worlds, agents, entries)"
+                raise ValueError(f"policy {name_of(policy)!r} returned actions of shape {shapes}")
             actions[:, agents] = chosen
         return actions
 
     def _reset(self, begins: np.ndarray) -> None:
         arrays = self._env.arrays
-        seed, worlds, episodes = (
-            a.reshape(-1).copy() for a in (arrays.seed, arrays.world_id, arrays.episode)
-        )
+        seed, worlds = int(arrays.seed.flat[0]), arrays.world_id.reshape(-1).copy()
+        episodes = arrays.episode.reshape(-1).copy()
         for policy, agents in self.coalitions:
-            policy.reset(
-                PolicyContext(self.scenario, self.table, agents, int(seed[0]), worlds, episodes, begins)
-            )
+            policy.reset(PolicyContext(self.scenario, self.table, agents, seed, worlds, episodes, begins))
         self._began = True
 
 
 def _coalitions(scenario: Scenario, policies: Mapping[str, Any]) -> list[tuple[PolicyLike, np.ndarray]]:
     """Policies and the indices of the agents that each plays."""
-    from trust_env.agents import build_policy
-
     names, roles = scenario.agent_names, scenario.roles
     for key in policies:
         if key not in ROLES and key not in names:
             raise unknown_name("role or agent", key, [*ROLES, *names])
-    keys = [
-        name if name in policies else role if role in policies else None for name, role in zip(names, roles)
-    ]
-    built = {key: build_policy(policies[key] if key is not None else "honest") for key in dict.fromkeys(keys)}
+    keys = [next((key for key in pair if key in policies), None) for pair in zip(names, roles)]
+    built = {key: build_policy("honest" if key is None else policies[key]) for key in dict.fromkeys(keys)}
     members: dict[int, tuple[PolicyLike, list[int]]] = {}
     for k, key in enumerate(keys):
         members.setdefault(id(built[key]), (built[key], []))[1].append(k)

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 from oracle import Contains, circle, polygon, sector
+from trust_env.compiled.jit import Entry
 
 from trust_env.batch import Batch
-from trust_env.compiled.jit import Entry
 from trust_env.scenario import Scenario
 from trust_env.world.fields import PARAMS, ROW, World
 

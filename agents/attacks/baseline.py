@@ -15,7 +15,7 @@ class Honest(Policy):
 
     def act(self, observations: np.ndarray) -> np.ndarray:
         self.frame += 1
-        return self.nothing()
+        return self.zero_actions()
 
 
 class Random(Policy):
@@ -24,7 +24,7 @@ class Random(Policy):
     name = "random"
 
     def act(self, observations: np.ndarray) -> np.ndarray:
-        actions = self.nothing()
+        actions = self.zero_actions()
         actions[...] = 2.0 * self.draw(ACTION, actions.shape[-1]) - 1.0
         table = ActionTable(self.context.scenario)
         slots, entries = actions[..., table["injections"]], actions[..., table["suppressions"]]

@@ -1,4 +1,4 @@
-"""False positives that adversaries share: every phantom is reported by all of them whose FOV holds it.
+"""False positives that adversaries share: each phantom is reported by all of them whose FOVs hold it.
 
 The policy object is the coalition: its agents tell each other where they stand, whatever the knowledge level.
 """
@@ -9,31 +9,48 @@ import numpy as np
 
 from trust_env.agents.attacks.false_positive import hit_rates
 from trust_env.agents.base import CANDIDATE, FIRE, Policy, PolicyContext
-from trust_env.agents.parameters import refuse, share_or_none, whole, whole_or_none
-from trust_env.scenario import Fovs
+from trust_env.agents.parameters import fraction_or_none, invalid, whole_number, whole_number_or_none
+from trust_env.agents.search_ranges import (
+    Range,
+    SearchRanges,
+    hit_rate_range,
+    phantom_range,
+    start_range,
+)
+from trust_env.scenario import Fovs, Scenario
 
-CANDIDATES = 512  # places that are compared
+CANDIDATES = 512  # places that are compared in a world
 CHUNK = 32  # worlds at a time, so that the candidates of many worlds need not fit into memory at once
-WELL_INSIDE = 0.05  # share of the distance to the middle of an FOV
+WELL_INSIDE = 0.05  # margin, as a fraction of the distance to the middle of an FOV
+FORBIDDEN = -(1 << 40)  # rank of a place where no phantom may stand
 
 
 class SharedPhantoms(Policy):
-    """Static phantoms at the best of many random places; what is best, `rank` says."""
+    """Static phantoms at the best of many random places, by the `rank` of the attack."""
 
     position: np.ndarray  # [W, n, M, 2], m, by injection slot
     reported: np.ndarray  # bool[W, n, M], slots that hold a phantom
 
     def __init__(self, n: int | None, start: int, hit_rate: float | None):
-        self.n = whole_or_none(self.name, "n", n, 1, "as many as one adversary can report")
-        self.start = whole(self.name, "start", start, 0)
-        self.hit_rate = share_or_none(self.name, "hit_rate", hit_rate, "the sensor's P_D")
+        self.n = whole_number_or_none(self.name, "n", n, 1, "as many as one adversary can report")
+        self.start = whole_number(self.name, "start", start, 0)
+        self.hit_rate = fraction_or_none(self.name, "hit_rate", hit_rate, "the sensor's P_D")
+
+    @classmethod
+    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+        adversaries = scenario.roles.count("adversary")
+        return {
+            "n": phantom_range(scenario, scenario.injection.slots * max(1, adversaries)),
+            "start": start_range(scenario),
+            "hit_rate": hit_rate_range(scenario),
+        }
 
     def prepare(self, context: PolicyContext) -> None:
         slots = context.scenario.injection.slots
         most = slots * len(context.agents)
         if self.n is not None and self.n > most:
             expected = f"at most {most}, the injection slots of {len(context.agents)} agents"
-            raise refuse(self.name, "n", self.n, expected)
+            raise invalid(self.name, "n", self.n, expected)
         self._phantoms = int(self.injections.max(initial=0)) if self.n is None else self.n
         self._hit_rate = hit_rates(context, self.hit_rate)
         shape = (len(context.worlds), len(context.agents), min(slots, self._phantoms))
@@ -55,13 +72,12 @@ class SharedPhantoms(Policy):
         rank = self.rank(seen, candidates)
         best = np.argsort(-rank, axis=1, kind="stable")[:, : self._phantoms]
         places = np.take_along_axis(candidates, best[..., None], axis=1)  # [w, P, 2]
-        worth = np.take_along_axis(rank, best, axis=1) > REFUSED
-        reports = self.fovs.contains(seen["pose"], places[:, None]) & worth[:, None]  # [w, n, P]
+        allowed = np.take_along_axis(rank, best, axis=1) > FORBIDDEN
+        reports = self.fovs.contains(seen["pose"], places[:, None]) & allowed[:, None]  # [w, n, P]
         slots = np.argsort(~reports, axis=2, kind="stable")[..., : self.position.shape[2]]
         self.reported[rows] = np.take_along_axis(reports, slots, axis=2)
-        self.position[rows] = np.take_along_axis(
-            np.broadcast_to(places[:, None], (*reports.shape, 2)), slots[..., None], axis=2
-        )
+        by_agent = np.broadcast_to(places[:, None], (*reports.shape, 2))
+        self.position[rows] = np.take_along_axis(by_agent, slots[..., None], axis=2)
 
     def _candidates(self, rows: np.ndarray, pose: np.ndarray) -> np.ndarray:
         """Uniform points [w, C, 2] (m), by turns in the box that the FOVs' boxes share and in an FOV."""
@@ -78,11 +94,8 @@ class SharedPhantoms(Policy):
         return np.where(overlap & (turn % 2 == 0)[:, None], shared, own)
 
     def rank(self, seen: dict[str, np.ndarray], candidates: np.ndarray) -> np.ndarray:
-        """How good the candidates are, int[w, C]; REFUSED for those where no phantom may stand."""
+        """How good the candidates [w, C, 2] are, int[w, C]; FORBIDDEN where no phantom may stand."""
         raise NotImplementedError
-
-
-REFUSED = -(1 << 40)
 
 
 class OptimalFalsePositive(SharedPhantoms):
@@ -110,16 +123,16 @@ class OptimalFalsePositive(SharedPhantoms):
         points, most = candidates[:, None], len(self.context.agents) + 1
         held = self.fovs.contains(pose, points).sum(axis=1)
         well = self.fovs.contains(pose, points, WELL_INSIDE).sum(axis=1)
-        return np.where(held > 0, most * held + well, REFUSED)
+        return np.where(held > 0, most * held + well, FORBIDDEN)
 
 
 class FovAware(OptimalFalsePositive):
-    """Static false positives where as few honest agents as possible can see; all adversaries that can report.
+    """Static false positives in as few honest agents' FOVs as possible, reported by all adversaries that can.
 
-    Of places that equally few honest agents see, those that the most adversaries see. Honest is whoever does
-    not belong to the coalition.
+    Among places that equally few honest agents see it takes those that the most adversaries see. Every agent
+    outside the coalition counts as honest.
 
-    max_honest   phantoms that more honest agents would see are left out; None: none is
+    max_honest   phantoms that more honest agents would see are left out; None: no limit
     n            phantoms in all; None: as many as one adversary can report
     start        frames to be honest first
     hit_rate     probability that an adversary reports a phantom; None: the sensor's P_D, as an honest sensor
@@ -136,7 +149,12 @@ class FovAware(OptimalFalsePositive):
         hit_rate: float | None = None,
     ):
         super().__init__(n, start, hit_rate)
-        self.max_honest = whole_or_none(self.name, "max_honest", max_honest, 0, "no limit")
+        self.max_honest = whole_number_or_none(self.name, "max_honest", max_honest, 0, "no limit")
+
+    @classmethod
+    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+        honest = scenario.n_agents - scenario.roles.count("adversary")
+        return {"max_honest": Range(0, honest, whole=True, none=honest), **super().search_ranges(scenario)}
 
     def prepare(self, context: PolicyContext) -> None:
         super().prepare(context)
@@ -148,7 +166,7 @@ class FovAware(OptimalFalsePositive):
         poses = seen["poses"][:, 0, self._honest]  # [w, K - n, 4]: every agent sees the same
         witnesses = self._honest_fovs.contains(poses, candidates[:, None]).sum(axis=1)
         most = (len(self.context.agents) + 1) ** 2
-        refused = holders == REFUSED
+        forbidden = holders == FORBIDDEN
         if self.max_honest is not None:
-            refused |= witnesses > self.max_honest
-        return np.where(refused, REFUSED, holders - most * witnesses)
+            forbidden |= witnesses > self.max_honest
+        return np.where(forbidden, FORBIDDEN, holders - most * witnesses)

@@ -1,4 +1,4 @@
-"""When an attack happens: policies around an inner one, which they let act in some frames only."""
+"""When an attack happens: policies around an inner one, which acts in some frames only."""
 
 from __future__ import annotations
 
@@ -7,18 +7,25 @@ from typing import Any
 
 import numpy as np
 
-from trust_env.agents.base import Policy, PolicyContext, knowledge_of
-from trust_env.agents.parameters import share, whole
+from trust_env.agents.base import Policy, PolicyContext, PolicyLike
+from trust_env.agents.knowledge import knowledge_of
+from trust_env.agents.parameters import fraction, invalid, whole_number
+from trust_env.agents.search_ranges import Range, SearchRanges, half_episode, start_range
+from trust_env.scenario import Scenario
 
 
 class Timed(Policy):
-    """Plays an inner policy in the frames that `attacks` picks, else is honest. The inner one sees all."""
+    """Actions of an inner policy, which sees every frame, in the frames of `attacks`; zeros in the others."""
+
+    policy_parameters = ("inner",)
 
     def __init__(self, inner: Any):
-        from trust_env.agents import build_policy
-
-        self.inner = build_policy(inner)
-        self.knowledge = knowledge_of(self.inner)
+        if not isinstance(inner, PolicyLike):
+            raise invalid(
+                self.name, "inner", inner, f"a policy; build_policy('{self.name}(...)') takes names"
+            )
+        self.inner = inner
+        self.knowledge = knowledge_of(inner)
 
     def reset(self, context: PolicyContext) -> None:
         super().reset(context)
@@ -44,8 +51,12 @@ class Sleeper(Timed):
     name = "sleeper"
 
     def __init__(self, start: int = 50, inner: Any = "false_positive"):
-        self.start = whole(self.name, "start", start, 0)
+        self.start = whole_number(self.name, "start", start, 0)
         super().__init__(inner)
+
+    @classmethod
+    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+        return {"start": start_range(scenario)}
 
     def attacks(self) -> np.ndarray:
         return self.frame >= self.start
@@ -54,7 +65,7 @@ class Sleeper(Timed):
 class OnOff(Timed):
     """An inner attack in the first `duty` of every `period` frames, honest in the rest of them.
 
-    duty         share of the period, above 0 and at most 1; rounded up to whole frames
+    duty         fraction of the period, above 0 and at most 1; rounded up to whole frames
     period       frames
     inner        the attack, by its name: false_positive, suppress(choice=all)
     """
@@ -62,9 +73,13 @@ class OnOff(Timed):
     name = "on_off"
 
     def __init__(self, duty: float = 0.5, period: int = 20, inner: Any = "false_positive"):
-        self.duty = share(self.name, "duty", duty)
-        self.period = whole(self.name, "period", period, 1)
+        self.duty = fraction(self.name, "duty", duty)
+        self.period = whole_number(self.name, "period", period, 1)
         super().__init__(inner)
+
+    @classmethod
+    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+        return {"duty": Range(0.05, 1.0), "period": Range(2, half_episode(scenario), whole=True)}
 
     def attacks(self) -> np.ndarray:
         return self.frame % self.period < math.ceil(self.duty * self.period - 1e-9)

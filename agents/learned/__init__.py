@@ -1,1 +1,1 @@
-"""Trained policies as files of weights, played in plain NumPy."""
+"""Trained policies as files of weights, evaluated in plain NumPy."""

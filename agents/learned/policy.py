@@ -1,4 +1,4 @@
-"""Learned policies: the trained network of a file, played in plain NumPy."""
+"""Learned policies: the trained network of a policy file, evaluated in plain NumPy."""
 
 from __future__ import annotations
 
@@ -8,13 +8,11 @@ from typing import Any
 import numpy as np
 
 from trust_env.agents.base import ACTION, Policy, PolicyContext
-from trust_env.agents.learned.policy_file import FILE, load_policy, policy_file, save_policy
-from trust_env.agents.parameters import one_of, refuse
-from trust_env.agents.wrappers import build_view
+from trust_env.agents.learned.network import Network
+from trust_env.agents.learned.policy_file import load_policy, policy_file
+from trust_env.agents.parameters import invalid, one_of
+from trust_env.agents.wrappers import build_wrapper
 
-__all__ = ["FILE", "Learned", "load_policy", "policy_file", "save_policy", "shipped", "shipped_file"]
-
-OBS_CLIP, OBS_EPSILON = 10.0, 1e-8  # normalisation: clip((x - mean) / sqrt(var + OBS_EPSILON), ±OBS_CLIP)
 DEFAULT_AGAINST = "trust"
 _WEIGHTS = Path(__file__).parent / "weights"
 _SHIPPED = "patrol_{}.safetensors"
@@ -42,55 +40,58 @@ class Learned(Policy):
     """
 
     name = "learned"
+    scripted = False
 
     def __init__(self, path: str | None = None, against: str | None = None, sampled: bool = False):
         if path is not None and against is not None:
-            raise refuse(self.name, "against", against, "nothing beside a path, which names the weights")
+            raise invalid(self.name, "against", against, "nothing beside a path, which names the weights")
         if not isinstance(sampled, bool):
-            raise refuse(self.name, "sampled", sampled, "True or False")
+            raise invalid(self.name, "sampled", sampled, "True or False")
         self.path, self.against, self.sampled = path, against, sampled
         self.file = shipped_file(against or DEFAULT_AGAINST) if path is None else policy_file(path)
         self.tensors, self.config = load_policy(self.file)
         self.knowledge = self.config["knowledge"]
-        self._view: Any = build_view(self.config["view"])
+        self._wrapper: Any = build_wrapper(self.config["wrapper"])
         self._network = Network(self.tensors, self.config)
 
     def reset(self, context: PolicyContext) -> None:
         super().reset(context)
-        self._view.reset(context)
+        self._wrapper.reset(context)
         self._check_sizes()
 
     def _check_sizes(self) -> None:
-        """The view must show and take here what it did in training."""
-        trained, here = self.config["fields"], self._view.fields
+        """ValueError unless the wrapper's inputs and outputs have the sizes of training here."""
+        trained, here = self.config["fields"], self._wrapper.fields
         for name in {**trained, **here}:
             if trained.get(name) != here.get(name):
-                raise self._unfit(f"entries of the field {name}", trained.get(name, 0), here.get(name, 0))
-        layers, space = self.config["layers"], self._view.action_space
-        if self._view.observation_size != layers[0]:
-            raise self._unfit("inputs", layers[0], self._view.observation_size)
+                raise self._wrong_size(
+                    f"entries of the field {name}", trained.get(name, 0), here.get(name, 0)
+                )
+        layers, space = self.config["layers"], self._wrapper.action_space
+        if self._wrapper.observation_size != layers[0]:
+            raise self._wrong_size("inputs", layers[0], self._wrapper.observation_size)
         choices, sizes = self.config["choices"], getattr(space, "nvec", None)
         if choices is not None or sizes is not None:
             if sizes is None or sizes.tolist() != choices:
-                raise self._unfit("choices", choices, space if sizes is None else sizes.tolist())
+                raise self._wrong_size("choices", choices, space if sizes is None else sizes.tolist())
         elif space.shape != (layers[-1],):
-            raise self._unfit("outputs", layers[-1], space.shape)
+            raise self._wrong_size("outputs", layers[-1], space.shape)
 
-    def _unfit(self, what: str, trained: Any, here: Any) -> ValueError:
-        about, scenario = self.config["about"], self.context.scenario.name
+    def _wrong_size(self, what: str, trained: Any, here: Any) -> ValueError:
+        origin = self.config["about"].get("scenario", "unknown")
         return ValueError(
-            f"learned: {self.file}: {what}: {trained} where it was trained (scenario "
-            f"{about.get('scenario', 'unknown')!r}, view {self.config['view']}), but {here} in scenario "
-            f"{scenario!r}; expected a scenario that gives the same sizes"
+            f"learned: {self.file}: {what}: {trained} where it was trained (scenario {origin!r}, wrapper "
+            f"{self.config['wrapper']}), but {here} in scenario {self.context.scenario.name!r}; "
+            "expected a scenario that gives the same sizes"
         )
 
     def act(self, observations: np.ndarray) -> np.ndarray:
-        seen = self._view.observe(observations)
+        seen = self._wrapper.observe(observations)
         outputs = self._network(seen.reshape(-1, seen.shape[-1])).reshape(*seen.shape[:2], -1)
         if not np.isfinite(outputs).all():
             raise ValueError(f"{self.file}: the weights give actions that are not finite numbers")
         choose = self._gaussian if self.config["choices"] is None else self._categorical
-        actions = self._view.act(choose(outputs), observations)
+        actions = self._wrapper.act(choose(outputs), observations)
         self.frame += 1
         return actions
 
@@ -111,42 +112,11 @@ class Learned(Policy):
         if not self.sampled:
             return np.stack([part.argmax(axis=-1) for part in parts], axis=-1)
         draws = self.draw(ACTION, len(sizes))
-        return np.stack([_drawn(part, draws[..., i]) for i, part in enumerate(parts)], axis=-1)
+        return np.stack([_draw_index(part, draws[..., i]) for i, part in enumerate(parts)], axis=-1)
 
 
-def _drawn(logits: np.ndarray, u: np.ndarray) -> np.ndarray:
+def _draw_index(logits: np.ndarray, u: np.ndarray) -> np.ndarray:
     """Indices int64[W, n], drawn in proportion to exp(logits[W, n, C]) by u[W, n] in [0, 1)."""
     weights = np.exp(logits.astype(np.float64) - logits.max(axis=-1, keepdims=True))
     below = np.cumsum(weights, axis=-1)
     return (below <= u[..., None] * below[..., -1:]).sum(axis=-1).clip(max=logits.shape[-1] - 1)
-
-
-class Network:
-    """The layers of a policy file: outputs float32[I, outputs] of inputs float32[I, inputs]."""
-
-    def __init__(self, tensors: dict[str, np.ndarray], config: dict[str, Any]):
-        names = [*(f"pi.{i}" for i in range(len(config["layers"]) - 2)), "action"]
-        self._layers = [
-            (np.ascontiguousarray(tensors[f"{name}.weight"].T), tensors[f"{name}.bias"]) for name in names
-        ]
-        self._activate = {"tanh": np.tanh, "relu": _relu}[config["activation"]]
-        self._mean, self._variance = tensors.get("obs_mean"), tensors.get("obs_var")
-
-    def __call__(self, inputs: np.ndarray) -> np.ndarray:
-        # Row by row: in a product of matrices rounding may depend on how many rows there are, and on which.
-        values = self._normalised(inputs)[:, None, :].astype(np.float32)
-        with np.errstate(over="ignore", invalid="ignore"):  # the caller looks whether all is finite
-            for weight, bias in self._layers[:-1]:
-                values = self._activate(values @ weight + bias)
-            weight, bias = self._layers[-1]
-            return (values @ weight + bias)[:, 0]
-
-    def _normalised(self, inputs: np.ndarray) -> np.ndarray:
-        if self._mean is None or self._variance is None:
-            return inputs
-        scaled = (inputs - self._mean) / np.sqrt(self._variance + OBS_EPSILON)
-        return np.clip(scaled, -OBS_CLIP, OBS_CLIP)
-
-
-def _relu(values: np.ndarray) -> np.ndarray:
-    return np.maximum(values, np.float32(0.0))

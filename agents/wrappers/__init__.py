@@ -1,53 +1,53 @@
-"""Action views: what the actions of a learner mean, and what it sees. One file per view; here the registry.
+"""Action wrappers: what the actions of a learner mean, and what it sees. One file each; here the registry.
 
-A false track needs the same phantom reported frame after frame, which raw actions make a needle in a
-haystack: a policy that draws its actions reports another place in every frame. A view keeps the phantoms, and
-the learner says what becomes of them.
+A false track needs the same phantom reported frame after frame, which exploration with raw actions hardly
+ever does: a policy that draws its actions reports another place in every frame. A wrapper keeps the phantoms
+where they are, and the learner places, steers and withdraws them.
 
 Damage per frame on `patrol` at knowledge level `own` after 1,000,000 steps (a minute), seeds 0 and 1,
 where the worst scripted attack does 4.34 and 1.93, and at level `poses` 4.34 and 4.33:
 
-    view        against score    against trust
+    wrapper     against score    against trust
     raw         1.07, 1.03       1.39, 1.32
     phantoms    8.17, 8.13       6.79, 6.65
     grid        8.87, 8.79       6.85, 7.20
 
 `python -m trust_env.training.learning.compare_wrappers --out FOLDER` repeats it; the numbers lie beside it.
-What made the difference, one seed of 400,000 steps against trust, before -> after: phantoms that follow where
-the learner points -> that stay where they appear, grid 4.07 -> 6.52, phantoms 2.07 -> 5.38 (pointing matters
-when a phantom appears and hardly later, so that nothing taught those that were there where to stay). Twice
-that many steps with phantoms that follow: grid 2.75 in the area's frame, 4.85 in the outward one and with
-normalised observations.
+What raised the damage most (one seed, 400,000 steps against trust): phantoms that stay where they appear,
+instead of following where the learner points: grid 4.07 -> 6.52, phantoms 2.07 -> 5.38. With phantoms that
+follow, after twice as many steps: grid 2.75 in the area's frame, 4.85 in the outward one with normalised
+observations.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from trust_env.agents.parameters import made
+from trust_env.agents.parameters import construct
 from trust_env.agents.wrappers.grid import Grid
 from trust_env.agents.wrappers.phantoms import Phantoms
 from trust_env.agents.wrappers.raw import Raw
-from trust_env.agents.wrappers.wrapper import View
+from trust_env.agents.wrappers.wrapper import ActionWrapper
 from trust_env.errors import unknown_name
 from trust_env.spec import parse
 
-VIEWS: dict[str, type[View]] = {"raw": Raw, "phantoms": Phantoms, "grid": Grid}
-DEFAULT_VIEW = "grid"
+WRAPPERS: dict[str, type[ActionWrapper]] = {"raw": Raw, "phantoms": Phantoms, "grid": Grid}
+DEFAULT_WRAPPER = "grid"
 
-__all__ = ["DEFAULT_VIEW", "VIEWS", "View", "build_view"]
+__all__ = ["DEFAULT_WRAPPER", "WRAPPERS", "ActionWrapper", "build_wrapper"]
 
 
-def build_view(view: Any = DEFAULT_VIEW) -> View:
-    """A view from its name, `phantoms(n=2)`, or an object that is one.
+def build_wrapper(wrapper: Any = DEFAULT_WRAPPER) -> ActionWrapper:
+    """A wrapper from its name, `phantoms(n=2)`, or an object that is one.
 
-    Raises ValueError for an unknown name or a parameter that does not fit, TypeError for what is no view.
+    Raises ValueError for an unknown name or a parameter that does not fit, TypeError for what is no wrapper.
     """
-    if isinstance(view, str):
-        spec = parse(view)
-        if spec.path is not None or spec.name not in VIEWS:
-            raise unknown_name("view", spec.name if spec.path is None else view, VIEWS)
-        view = made("view", spec.name, VIEWS[spec.name], spec.params)
-    if not isinstance(view, View):
-        raise TypeError(f"a view is a name ({', '.join(VIEWS)}) or a `View`; got {view!r}")
-    return view
+    if isinstance(wrapper, str):
+        spec = parse(wrapper)
+        if spec.path is not None or spec.name not in WRAPPERS:
+            raise unknown_name("wrapper", spec.name if spec.path is None else wrapper, WRAPPERS)
+        wrapper = construct("wrapper", spec.name, WRAPPERS[spec.name], spec.params)
+    if not isinstance(wrapper, ActionWrapper):
+        known = ", ".join(WRAPPERS)
+        raise TypeError(f"a wrapper is a name ({known}) or an `ActionWrapper`; got {wrapper!r}")
+    return wrapper

@@ -6,9 +6,9 @@ import numpy as np
 from gymnasium.spaces import MultiDiscrete
 
 from trust_env.agents.base import PolicyContext
-from trust_env.agents.parameters import whole
+from trust_env.agents.parameters import whole_number
 from trust_env.agents.wrappers.placed import PlacedPhantoms
-from trust_env.agents.wrappers.reference_frame import OUTWARD, over_fov
+from trust_env.agents.wrappers.reference_frame import OUTWARD, clip_to_fov
 from trust_env.spaces.observation import REACH
 
 KEEP, WITHDRAW, FIRST_POINT = 0, 1, 2  # choices for a phantom
@@ -22,7 +22,7 @@ class Grid(PlacedPhantoms):
     suppressed: 0 none, 1 those in the nearer half of the FOV, 2 the others, 3 all.
 
     Where there is no phantom, one appears at the point, or on the FOV's edge before it; one that is there
-    stays, or goes on at `speed` in the direction of the point, until it is withdrawn.
+    stays, or moves at `speed` in the direction of the point, until it is withdrawn.
 
     g            points of the grid along x and along y
     n            phantoms per learner, at most two per injection slot; None: the largest injection budget
@@ -42,7 +42,7 @@ class Grid(PlacedPhantoms):
         knowledge: str | None = None,
     ):
         super().__init__(n, speed, frame, knowledge)
-        self.g = whole(self.name, "g", g, 2)
+        self.g = whole_number(self.name, "g", g, 2)
 
     def prepare(self, context: PolicyContext) -> int:
         size = super().prepare(context)
@@ -54,9 +54,9 @@ class Grid(PlacedPhantoms):
 
     def act(self, choices: np.ndarray, observations: np.ndarray) -> np.ndarray:
         chosen, suppress = choices[..., :-1], choices[..., -1:]
-        self.scene.look(observations)
-        pointed = over_fov(self._points[chosen])
-        reported = (chosen >= FIRST_POINT) | ((chosen == KEEP) & self.there)
-        self.move(pointed, pointed * np.float32(REACH), reported)
-        near = np.abs(self.scene.detections(observations)) < NEARER_HALF
-        return self.actions((suppress == ALL) | np.where(near, suppress == NEAR, suppress == FAR))
+        self.reference.set_poses(observations)
+        pointed = clip_to_fov(self._points[chosen])
+        kept = (chosen >= FIRST_POINT) | ((chosen == KEEP) & self.exists)
+        self.move(pointed, pointed * np.float32(REACH), kept)
+        near = np.abs(self.reference.detections(observations)) < NEARER_HALF
+        return self.encode((suppress == ALL) | np.where(near, suppress == NEAR, suppress == FAR))

@@ -1,4 +1,4 @@
-"""The raw action: every frame says anew where injections go and which detections are kept back."""
+"""The raw action: in every frame anew where injections go and which detections are suppressed."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import numpy as np
 from gymnasium.spaces import Box
 
 from trust_env.agents.base import PolicyContext
-from trust_env.agents.wrappers.wrapper import View
+from trust_env.agents.wrappers.wrapper import ActionWrapper
 
 
-class Raw(View):
+class Raw(ActionWrapper):
     """The environment's own actions and observations, for comparison.
 
     knowledge    level whose fields a learner sees; None: the scenario's

@@ -24,7 +24,9 @@ def train(
     knowledge: Annotated[
         Literal["own", "poses", "picture", "white_box"] | None, arg(help="what agents observe")
     ] = None,
-    view: Annotated[str | None, arg(help="what a learner's action means: phantoms(n=2), grid, raw")] = None,
+    wrapper: Annotated[
+        str | None, arg(help="what a learner's action means: phantoms(n=2), grid, raw")
+    ] = None,
     others: Annotated[
         Assigned,
         arg(metavar="ROLE=POLICY", help="policy of a role or an agent that does not learn; repeatable"),
@@ -53,7 +55,7 @@ def train(
             resume,
             config,
             knowledge,
-            view,
+            wrapper,
             policies_of(others),
             settings_of(settings),
         )
@@ -62,7 +64,7 @@ def train(
         if folder is not None and (folder / "config.yaml").is_file():
             print(f"trust-env: to continue: trust-env train --resume {folder}", file=sys.stderr)
         raise
-    print(json.dumps(found.to_dict(), indent=2) if as_json else found.told())
+    print(json.dumps(found.to_dict(), indent=2) if as_json else found.describe())
     return 0
 
 

@@ -22,8 +22,8 @@ Choose = Callable[[np.ndarray], Any]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What an example has to show: the loss of every update, by how much the weights of each network have
-    changed (float[P]), and the damage per frame that the trained agents do.
+    """The result of an example: the loss of every update, the change of the weights of each network
+    (float[P]), and the damage per frame that the trained agents do.
     """
 
     library: str
@@ -56,9 +56,7 @@ def weights(network: Any) -> np.ndarray:
 
 
 def damage(policies: Mapping[str, Choose], scenario: Any, defense: Any, episodes: int = 20) -> float:
-    """Damage per frame, mean over episodes, that trained networks do, given by role or agent; whoever is not
-    named is honest.
-    """
+    """Mean damage per frame of trained networks, by role or agent; all other agents are honest."""
     venv = vector_env(scenario, defense, episodes, autoreset=False)
     metrics = EpisodeMetrics(venv)
     player = Player(venv, {who: Trained(choose) for who, choose in policies.items()})

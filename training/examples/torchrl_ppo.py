@@ -31,8 +31,8 @@ def train(updates: int = 2, scenario: str = "trio", defense: str = "score", seed
     drawn = {"distribution_class": TanhNormal, "return_log_prob": True, "log_prob_key": entry("log_prob")}
     actor = ProbabilisticActor(TensorDictModule(net, ins, outs), outs, [entry("action")], **drawn)
     critic = TensorDictModule(MultiAgentMLP(seen, 1, **shared), ins, [entry("value")])
-    asked, told = [entry("observation", "benign")], [entry("action", "benign")]
-    honest = TensorDictModule(lambda seen: torch.zeros(*seen.shape[:-1], act), asked, told)
+    benign_ins, benign_outs = [entry("observation", "benign")], [entry("action", "benign")]
+    honest = TensorDictModule(lambda seen: torch.zeros(*seen.shape[:-1], act), benign_ins, benign_outs)
     loss = ClipPPOLoss(actor, critic, normalize_advantage=True)
     loss.set_keys(**{name: entry(name) for name in ("action", "value", "reward", "done", "terminated")})
     loss.set_keys(sample_log_prob=entry("log_prob"))

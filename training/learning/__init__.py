@@ -2,6 +2,6 @@
 
 import os
 
-# Threads of torch that wait in a loop for each other are twenty times slower when another process needs their
-# core. It reads this when it is first imported.
+# Torch's threads are twenty times slower if they wait in a busy loop while another process needs their core.
+# Torch reads this when it is first imported.
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")

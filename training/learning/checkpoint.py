@@ -1,8 +1,8 @@
-"""Checkpoints: a tree of plain values and arrays in one file, without pickles, and the last two of them.
+"""Checkpoints: a tree of built-in values and arrays in one file, without pickles. The last two are kept.
 
 A file is a zip archive: `tree.json`, in which every array is a reference, and the arrays as .npy files. The
-archive's checksums tell a damaged file. It is written beside its place, brought to the disk, and moved there
-in one step, so that whenever the program dies there is a complete one.
+archive's checksums detect a damaged file. It is written under another name, flushed to the disk and renamed
+in one step, so that a complete one exists whenever the program dies.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ import numpy as np
 
 from trust_env.training.evaluation.run_folder import UNFINISHED, replace_file
 
-KEPT = 2
+KEPT = 2  # checkpoints of a run
 _TREE = "tree.json"
-_KIND = "__kind__"  # marks what JSON does not know
+_KIND = "__kind__"  # marks values that JSON lacks
 
 
 class Checkpoints:
@@ -30,11 +30,11 @@ class Checkpoints:
         self.folder = folder
 
     def files(self) -> list[Path]:
-        """Complete ones, the last one first."""
+        """The complete checkpoint files, the last one first."""
         return sorted(self.folder.glob("[0-9]*.zip"), reverse=True)
 
     def save(self, steps: int, tree: Any) -> None:
-        """Add one and drop those before the last two. OSError: it could not be written, all others stay."""
+        """Write a checkpoint, then remove those before the last two. OSError: all others stay."""
         self.folder.mkdir(exist_ok=True)
         replace_file(self.folder / f"{steps:012d}.zip", lambda file: write_tree(file, tree))
         for old in self.files()[KEPT:]:
@@ -43,9 +43,9 @@ class Checkpoints:
             unfinished.unlink()
 
     def load(self, tell: Callable[[str], None]) -> Any | None:
-        """The last one that can be read; None if there is none at all.
+        """The tree of the last checkpoint that can be read; None if there are no checkpoints.
 
-        `tell` hears about each one that cannot be read, which is set aside. ValueError: none of them can.
+        tell(text) is called for each one that cannot be read; it is renamed. ValueError: none can be read.
         """
         files = self.files()
         for file in files:
@@ -62,7 +62,7 @@ class Checkpoints:
 
 
 def write_tree(file: Path, tree: Any) -> None:
-    """Dicts, lists, tuples, texts, bytes, numbers, None and arrays; TypeError for anything else."""
+    """Write a tree of dicts, lists, tuples, texts, bytes, numbers, None and arrays; else TypeError."""
     arrays: list[np.ndarray] = []
     text = json.dumps(_packed(tree, arrays))
     with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
@@ -74,7 +74,7 @@ def write_tree(file: Path, tree: Any) -> None:
 
 
 def read_tree(file: Path) -> Any:
-    """What `write_tree` wrote. ValueError: the file is damaged, or is something else."""
+    """The tree that `write_tree` wrote. ValueError: the file is damaged, or is no checkpoint."""
     try:
         with zipfile.ZipFile(file) as archive:
             return _unpacked(json.loads(archive.read(_TREE)), archive)
@@ -83,6 +83,7 @@ def read_tree(file: Path) -> Any:
 
 
 def _packed(value: Any, arrays: list[np.ndarray]) -> Any:
+    """The value for JSON; its arrays are appended to `arrays`."""
     match value:
         case None | bool() | str():
             return value
@@ -102,14 +103,13 @@ def _packed(value: Any, arrays: list[np.ndarray]) -> Any:
         case dict() if all(type(key) is str for key in value) and _KIND not in value:
             return {key: _packed(item, arrays) for key, item in value.items()}
         case dict():
-            return {
-                _KIND: "dict",
-                "items": [[_packed(k, arrays), _packed(v, arrays)] for k, v in value.items()],
-            }
-    raise TypeError(f"a checkpoint holds plain values and arrays of numbers; got {type(value).__name__}")
+            items = [[_packed(k, arrays), _packed(v, arrays)] for k, v in value.items()]
+            return {_KIND: "dict", "items": items}
+    raise TypeError(f"a checkpoint holds built-in values and arrays of numbers; got {type(value).__name__}")
 
 
 def _unpacked(value: Any, archive: zipfile.ZipFile) -> Any:
+    """The value that `_packed` was given."""
     if isinstance(value, list):
         return [_unpacked(item, archive) for item in value]
     if not isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""What a training run consists of: types, bounds and errors; every default stands in `defaults.yaml`."""
+"""The fields of a training run, their types, bounds and errors. Their defaults stand in `defaults.yaml`."""
 
 from __future__ import annotations
 
@@ -70,14 +70,14 @@ class Checkpoint(Part):
 
 
 class Configuration(Part):
-    """All fields of a training run, made by `load_configuration`; `defaults.yaml` explains each."""
+    """All fields of a training run, from `load_configuration`; `defaults.yaml` explains each."""
 
     scenario: str
     defense: str
     knowledge: Literal["own", "poses", "picture", "white_box"] | None
     max_cycles: Size | None
     role: Literal["adversary", "benign"]
-    view: str | None
+    wrapper: str | None
     others: dict[str, str]
     worlds: Size
     steps: Size
@@ -115,7 +115,7 @@ def defaults() -> dict[str, Any]:
 def load_configuration(
     config: str | Path | Mapping[str, Any] | None = None, overrides: Mapping[str, Any] | None = None
 ) -> Configuration:
-    """The defaults, over them a YAML file or a mapping, over that single fields ({"ppo.gamma": 0.9}).
+    """The defaults, replaced by a YAML file or a mapping, replaced by single fields ({"ppo.gamma": 0.9}).
 
     Raises a ValueError that lists everything that is wrong, with the file and the line.
     """

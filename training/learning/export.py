@@ -17,18 +17,18 @@ from trust_env.training.learning.learners import Learners
 
 
 def export_policy(path: Path, model: PPO, learners: Learners, config: Configuration) -> None:
-    """Write what the learners' present policy is made of; of a folder, to its policy.safetensors."""
-    space, view = learners.action_space, learners.view
+    """Write the learners' present policy as a policy file; into a folder as its policy.safetensors."""
+    space, wrapper = learners.action_space, learners.wrapper
     tensors = policy_tensors(model)
     sizes = [tensors[f"pi.{i}.weight"].shape[0] for i in range(len(config.network.layers))]
     save_policy(
         path,
         tensors,
         {
-            "view": str(view),
-            "knowledge": view.knowledge,
-            "fields": view.fields,
-            "layers": [view.observation_size, *sizes, tensors["action.bias"].shape[0]],
+            "wrapper": str(wrapper),
+            "knowledge": wrapper.knowledge,
+            "fields": wrapper.fields,
+            "layers": [wrapper.observation_size, *sizes, tensors["action.bias"].shape[0]],
             "activation": config.network.activation,
             "choices": space.nvec.tolist() if isinstance(space, MultiDiscrete) else None,
             "about": _about(model, learners, config),
@@ -39,9 +39,8 @@ def export_policy(path: Path, model: PPO, learners: Learners, config: Configurat
 def policy_tensors(model: PPO) -> dict[str, np.ndarray]:
     """pi.i.weight, pi.i.bias, action.weight, action.bias, log_std or not, obs_mean and obs_var or not."""
     weights = {name: tensor.detach().numpy() for name, tensor in model.policy.state_dict().items()}
-    tensors = {
-        f"action.{part}": weights[f"action_net.{part}"] for part in ("weight", "bias")
-    } | _hidden_layers(weights)
+    tensors = {f"action.{part}": weights[f"action_net.{part}"] for part in ("weight", "bias")}
+    tensors |= _hidden_layers(weights)
     if "log_std" in weights:
         tensors["log_std"] = weights["log_std"]
     normalised = model.get_vec_normalize_env()

@@ -1,4 +1,4 @@
-"""Learners as a Gymnasium `VectorEnv`, and one of them as a Gymnasium `Env`."""
+"""Learners as a Gymnasium `VectorEnv`, and a single learner as a Gymnasium `Env`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
-from trust_env.agents.wrappers import DEFAULT_VIEW
+from trust_env.agents.wrappers import DEFAULT_WRAPPER
 from trust_env.batch import Arrays, checked_seed
 from trust_env.errors import unknown_name
 from trust_env.parallel import TrustEnv
@@ -58,7 +58,7 @@ class GymVectorEnv(gymnasium.vector.VectorEnv):
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Begin an episode in every world, the first of `seed` or the next; unknown options are ignored."""
         if options and "reset_mask" in options:
-            raise ValueError("option 'reset_mask': learners share worlds, so that none is reset by itself")
+            raise ValueError("option 'reset_mask': learners share worlds, so that none can be reset alone")
         super().reset(seed=seed)
         self._begin(np.ones(self.num_envs, dtype=bool))
         return self.learners.reset(seed), {}
@@ -98,8 +98,8 @@ class GymVectorEnv(gymnasium.vector.VectorEnv):
 class AdversaryEnv(gymnasium.Env):
     """One agent as the learner of one world; the other agents follow given policies.
 
-    scenario, defense, view, others, knowledge, max_cycles: as of `Learners`; agent: its name, or None for the
-    only adversary; render_mode: as of `trust_env.parallel_env`. Episodes end by truncation.
+    scenario, defense, wrapper, others, knowledge, max_cycles: as of `Learners`; agent: its name, or None for
+    the only adversary; render_mode: as of `trust_env.parallel_env`. Episodes end by truncation.
     """
 
     metadata: ClassVar[dict[str, Any]] = {  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -111,7 +111,7 @@ class AdversaryEnv(gymnasium.Env):
         scenario: Any = "trio",
         defense: Any = "trust",
         agent: str | None = None,
-        view: Any = DEFAULT_VIEW,
+        wrapper: Any = DEFAULT_WRAPPER,
         others: Mapping[str, Any] | None = None,
         knowledge: str | None = None,
         max_cycles: int | None = None,
@@ -121,7 +121,7 @@ class AdversaryEnv(gymnasium.Env):
             scenario,
             defense,
             1,
-            view,
+            wrapper,
             others,
             knowledge,
             max_cycles,

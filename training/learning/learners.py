@@ -1,6 +1,6 @@
 """Every agent of a role, in each of many worlds, as one learner: arrays in, arrays out.
 
-What Stable-Baselines3 and Gymnasium are given (`sb3.py`, `gym.py`) are thin faces of this.
+`sb3.py` and `gym.py` adapt this to Stable-Baselines3 and Gymnasium.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from gymnasium.spaces import Box, Space
 
 from trust_env.agents import Player, PolicyContext
 from trust_env.agents.player import ROLES
-from trust_env.agents.wrappers import DEFAULT_VIEW, build_view
+from trust_env.agents.wrappers import DEFAULT_WRAPPER, build_wrapper
 from trust_env.errors import unknown_name
 from trust_env.scenario import Scenario, load_scenario
-from trust_env.training.learning.pickled import dump, load
+from trust_env.training.learning.snapshot_pickle import dump, load
 from trust_env.vector import VectorEnv
 from trust_env.world.fields import FRAME_METRICS
 
@@ -25,10 +25,10 @@ class Learners:
     """The learners of a `VectorEnv`, I = W n of them: index i = w n + a, for learner a of world w.
 
     scenario, defense, num_worlds, max_cycles, threads: as of `VectorEnv`; knowledge: another level than the
-    scenario's; view: what their actions mean (`agents.wrappers`); learner_role: all its agents learn, or the
-    name of the only one that does; others: policies of the other agents by role or name, honest where none is
-    given; stagger: the worlds' first episodes end at different frames, so that later ones do not all end at
-    once.
+    scenario's; wrapper: what their actions mean (`agents.wrappers`); learner_role: the role whose agents all
+    learn, or the name of the only agent that does; others: policies of the other agents by role or name,
+    honest where none is given; stagger: the worlds' first episodes end at different frames, so that later
+    ones do not all end at once.
 
     An episode ends by truncation, at the horizon, and (with `autoreset`) its world begins the next one in the
     same step.
@@ -39,7 +39,7 @@ class Learners:
         scenario: Any = "patrol",
         defense: Any = "trust",
         num_worlds: int = 1,
-        view: Any = DEFAULT_VIEW,
+        wrapper: Any = DEFAULT_WRAPPER,
         others: Mapping[str, Any] | None = None,
         knowledge: str | None = None,
         max_cycles: int | None = None,
@@ -55,31 +55,30 @@ class Learners:
         self.scenario, self.num_worlds = self.env.scenario, num_worlds
         self.agents = _indices(self.scenario, learner_role)
         self.learner_role, self.stagger, self.autoreset = learner_role, stagger, autoreset
-        self.view = build_view(view)
+        self.wrapper = build_wrapper(wrapper)
         self.num_learners = num_worlds * len(self.agents)
         self._actions = np.zeros((num_worlds, *self.env.worlds.arrays.action.shape[1:]), dtype=np.float32)
         self._player = Player(self.env, others) if others else None
         self._rows = _as_slice(self.agents)
         self._started = False
         self._ends = np.full(num_worlds, self.env.max_cycles)
-        self.view.reset(self._context(np.ones(num_worlds, dtype=bool)))
-        self.observation_space = Box(-1.0, 1.0, (self.view.observation_size,), np.float32)
-        self.action_space: Space = self.view.action_space
+        self.wrapper.reset(self._context(np.ones(num_worlds, dtype=bool)))
+        self.observation_space = Box(-1.0, 1.0, (self.wrapper.observation_size,), np.float32)
+        self.action_space: Space = self.wrapper.action_space
 
     def reset(self, seed: int | None = None) -> np.ndarray:
         """Begin an episode in every world, the first of `seed` or the next: what is seen, float32[I, O']."""
         self.env.reset(seed)
         self._ends[...] = self.env.max_cycles
         if self.stagger:
-            shares = np.arange(1, self.num_worlds + 1) / self.num_worlds
-            self._ends[...] = np.ceil(shares * self.env.max_cycles)
+            fractions = np.arange(1, self.num_worlds + 1) / self.num_worlds
+            self._ends[...] = np.ceil(fractions * self.env.max_cycles)
         self._started = True
-        self.view.reset(self._context(np.ones(self.num_worlds, dtype=bool)))
+        self.wrapper.reset(self._context(np.ones(self.num_worlds, dtype=bool)))
         return self.observe()
 
     def step(self, choices: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """One frame on choices[I, ...]: what is seen float32[I, O'], rewards float32[I], truncated bool[I],
-        info.
+        """Observations float32[I, O'], rewards float32[I], truncated bool[I] and info after choices[I, ...].
 
         info: "metrics", the environment's by name, [W] each, of this frame; where an episode ended also
         "final_obs" float32[I, O'], what was seen at its end (with `autoreset`).
@@ -110,12 +109,12 @@ class Learners:
             unfit = int(np.argwhere(~np.isfinite(choices))[0][0])
             raise ValueError(f"choices must be finite; those of learner {unfit} are not")
         choices = choices.reshape(self.num_worlds, len(self.agents), *expected[1:])
-        self._actions[:, self._rows] = self.view.act(choices, observations[:, self._rows])
+        self._actions[:, self._rows] = self.wrapper.act(choices, observations[:, self._rows])
         return self._actions
 
     def observe(self) -> np.ndarray:
         """What the learners see at present, float32[I, O']."""
-        seen = self.view.observe(self.env.arrays.observation[:, self._rows])
+        seen = self.wrapper.observe(self.env.arrays.observation[:, self._rows])
         return seen.reshape(self.num_learners, -1)
 
     def _begin(self, worlds: np.ndarray) -> None:
@@ -123,7 +122,7 @@ class Learners:
         self.env.arrays.episode[worlds] += 1
         self.env.worlds.start(worlds)
         self._ends[worlds] = self.env.max_cycles
-        self.view.reset(self._context(worlds))
+        self.wrapper.reset(self._context(worlds))
 
     def _context(self, begins: np.ndarray) -> PolicyContext:
         arrays = self.env.arrays
@@ -132,19 +131,20 @@ class Learners:
         return PolicyContext(self.scenario, table, self.agents, seed, worlds, episodes, begins)
 
     def get_state(self) -> dict[str, Any]:
-        """A snapshot of NumPy arrays and plain values, from which `set_state` goes on bit for bit, here or in
-        other learners that were made in the same way.
+        """A snapshot of NumPy arrays and built-in values, from which `set_state` continues bit for bit.
+
+        Other learners that were constructed in the same way can take it too.
         """
         return {
             "rows": self.env.worlds.rows.copy(),
             "ends": self._ends.copy(),
             "started": self._started,
-            "view": self.view.get_state(),
+            "wrapper": self.wrapper.get_state(),
             "objects": self._dump(),
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Go on from a snapshot. ValueError if it comes from learners made in another way."""
+        """Continue from a snapshot. ValueError if it comes from learners constructed in another way."""
         rows, own = np.asarray(state["rows"]), self.env.worlds.rows
         if rows.shape != own.shape or rows.dtype != own.dtype:
             raise ValueError(
@@ -154,12 +154,12 @@ class Learners:
         self._ends[...] = state["ends"]
         self._started = bool(state["started"])
         self.env._started = self._started
-        self.view.reset(self._context(np.ones(self.num_worlds, dtype=bool)))
-        self.view.set_state(state["view"])
+        self.wrapper.reset(self._context(np.ones(self.num_worlds, dtype=bool)))
+        self.wrapper.set_state(state["wrapper"])
         self._load(state["objects"])
 
     def _dump(self) -> bytes | None:
-        """What keeps its memory in objects: a user's own defense, the policies of the others."""
+        """Objects with a memory of their own, pickled: a user's own defense, the policies of the others."""
         defense, player = self.env.worlds.own_defense, self._player
         if defense is None and player is None:
             return None
@@ -182,7 +182,7 @@ class Learners:
 
 
 def _indices(scenario: Scenario, learner_role: str) -> np.ndarray:
-    """Of the agents that learn, int[n]."""
+    """Indices of the agents that learn, int[n]."""
     names, roles = scenario.agent_names, scenario.roles
     if learner_role not in ROLES and learner_role not in names:
         raise unknown_name("role or agent", learner_role, [*ROLES, *names])
@@ -193,6 +193,6 @@ def _indices(scenario: Scenario, learner_role: str) -> np.ndarray:
 
 
 def _as_slice(indices: np.ndarray) -> slice | np.ndarray:
-    """Neighbours as a slice, which cuts views instead of copies."""
+    """Consecutive indices as a slice, which indexes without a copy; others as they are."""
     first, last = int(indices[0]), int(indices[-1])
     return slice(first, last + 1) if last - first + 1 == len(indices) else indices

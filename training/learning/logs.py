@@ -1,7 +1,7 @@
-"""What a run tells while it learns: progress.csv, evaluations.csv and TensorBoard's files, in its folder.
+"""The logs of a training run: progress.csv, evaluations.csv and TensorBoard's files, in its folder.
 
-Lines are only ever added, and a checkpoint knows how long each file was: a run that is taken up again cuts
-off what came later, so that nothing stands there twice.
+Lines are only ever added, and a checkpoint holds the length of each file: a resumed run truncates the files
+to it, so that no line stands there twice.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Logs:
         self._board = board
 
     def sizes(self) -> dict[str, int]:
-        """Bytes of every file, all of which are on the disk then."""
+        """The size of every file in bytes, after all of it is on the disk."""
         found = {}
         for file in _files(self._folder):
             sync(file)
@@ -57,8 +57,8 @@ class Logs:
             lines.close()
 
 
-def cut(folder: Path, sizes: Mapping[str, int]) -> None:
-    """Take the files of a folder back to what they were."""
+def truncate(folder: Path, sizes: Mapping[str, int]) -> None:
+    """Truncate the log files of a folder to these sizes; remove those that have none."""
     for file in _files(folder):
         size = sizes.get(str(file.relative_to(folder)), 0)
         if size == 0:

@@ -1,10 +1,8 @@
-"""PPO of Stable-Baselines3 for hundreds of learners in step; its state can be put down and taken up."""
+"""PPO of Stable-Baselines3 for hundreds of learners at once, with a state to save and restore."""
 
 from __future__ import annotations
 
-import contextlib
-import random
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -19,6 +17,13 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 from trust_env.training.learning.configuration import Configuration
 from trust_env.training.learning.distribution import GroupedPolicy
 from trust_env.training.learning.sb3 import LearnersVecEnv
+from trust_env.training.learning.torch_state import (
+    get_random_state,
+    set_random_state,
+    to_arrays,
+    to_tensors,
+    torch_threads,
+)
 
 ACTIVATIONS = {"tanh": th.nn.Tanh, "relu": th.nn.ReLU}
 _COUNTS = ("num_timesteps", "_n_updates", "_current_progress_remaining")
@@ -37,7 +42,7 @@ class LearnersPPO(PPO):
         self.policy.set_training_mode(False)
         rollout_buffer.reset()
         callback.on_rollout_start()
-        with _torch_threads(1), th.no_grad():
+        with torch_threads(1), th.no_grad():
             for _ in range(n_rollout_steps):
                 if not self._collect_frame(env, callback, rollout_buffer):
                     return False
@@ -48,7 +53,7 @@ class LearnersPPO(PPO):
         return True
 
     def _collect_frame(self, env: VecEnv, callback: BaseCallback, buffer: RolloutBuffer) -> bool:
-        """A frame of all learners; False: the callback has had enough."""
+        """A frame of all learners; False if the callback stops the rollout."""
         sampled, values, log_probs = self.policy(self._tensor(self._last_obs))
         actions = sampled.numpy()
         observations, rewards, dones, infos = env.step(self._within_space(actions))
@@ -66,7 +71,7 @@ class LearnersPPO(PPO):
         return True
 
     def _bootstrap(self, rewards: np.ndarray, truncated: list[int], infos: list[dict[str, Any]]) -> None:
-        """An episode that was cut off goes on in the value of its last observation."""
+        """Add the value of the last observation to the last reward of truncated episodes."""
         if truncated:
             final = np.stack([infos[i]["terminal_observation"] for i in truncated])
             rewards[truncated] += self.gamma * self.policy.predict_values(self._tensor(final)).numpy()[:, 0]
@@ -79,14 +84,14 @@ class LearnersPPO(PPO):
     def _tensor(self, observations: Any) -> th.Tensor:
         return th.as_tensor(observations, device=self.device)
 
-    # --- what it takes to go on bit for bit, between two rollouts ---
+    # --- the state between two rollouts, from which training continues bit for bit ---
 
     def get_state(self) -> dict[str, Any]:
-        """Arrays and plain values: weights, optimiser, counts, statistics, worlds and random states."""
+        """Arrays and built-in values: weights, optimiser, counts, statistics, worlds and random states."""
         normalised, learners = _environments(self)
         return {
-            "policy": _plain(self.policy.state_dict()),
-            "optimiser": _plain(self.policy.optimizer.state_dict()),
+            "policy": to_arrays(self.policy.state_dict()),
+            "optimiser": to_arrays(self.policy.optimizer.state_dict()),
             "counts": {name: getattr(self, name) for name in _COUNTS},
             "last_obs": np.array(self._last_obs),
             "last_episode_starts": np.array(self._last_episode_starts),
@@ -97,10 +102,10 @@ class LearnersPPO(PPO):
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Go on from a state of an algorithm that was made in the same way."""
+        """Continue from the state of an algorithm that was configured in the same way."""
         normalised, learners = _environments(self)
-        self.policy.load_state_dict(_tensors(state["policy"]))
-        self.policy.optimizer.load_state_dict(_tensors(state["optimiser"]))
+        self.policy.load_state_dict(to_tensors(state["policy"]))
+        self.policy.optimizer.load_state_dict(to_tensors(state["optimiser"]))
         for name in _COUNTS:
             setattr(self, name, state["counts"][name])
         self._last_obs, self._last_episode_starts = state["last_obs"], state["last_episode_starts"]
@@ -157,57 +162,3 @@ def _set_statistics(env: VecNormalize, found: Mapping[str, Any]) -> None:
     vars(env.ret_rms).update(found["rewards"])
     if env.norm_obs:
         vars(env.obs_rms).update(found["observations"])
-
-
-@contextlib.contextmanager
-def own_torch(threads: int) -> Iterator[None]:
-    """While the block runs, torch has so many threads; the random generators of others end as they began."""
-    random_state = get_random_state()
-    try:
-        with _torch_threads(threads):
-            yield
-    finally:
-        set_random_state(random_state)
-
-
-@contextlib.contextmanager
-def _torch_threads(threads: int) -> Iterator[None]:
-    before = th.get_num_threads()
-    th.set_num_threads(threads)
-    try:
-        yield
-    finally:
-        th.set_num_threads(before)
-
-
-def get_random_state() -> dict[str, Any]:
-    """Of Python's, NumPy's and torch's own generators, which Stable-Baselines3 draws from."""
-    return {
-        "python": random.getstate(),
-        "numpy": np.random.get_state(),  # noqa: NPY002
-        "torch": th.get_rng_state().numpy(),
-    }
-
-
-def set_random_state(state: Mapping[str, Any]) -> None:
-    random.setstate(state["python"])
-    np.random.set_state(state["numpy"])  # noqa: NPY002
-    th.set_rng_state(th.from_numpy(state["torch"].copy()))
-
-
-def _plain(tree: Any) -> Any:
-    """Tensors as arrays."""
-    if isinstance(tree, Mapping):
-        return {key: _plain(value) for key, value in tree.items()}
-    if isinstance(tree, (list, tuple)):
-        return type(tree)(_plain(value) for value in tree)
-    return tree.detach().cpu().numpy().copy() if isinstance(tree, th.Tensor) else tree
-
-
-def _tensors(tree: Any) -> Any:
-    """Arrays as tensors."""
-    if isinstance(tree, dict):
-        return {key: _tensors(value) for key, value in tree.items()}
-    if isinstance(tree, (list, tuple)):
-        return type(tree)(_tensors(value) for value in tree)
-    return th.from_numpy(tree.copy()) if isinstance(tree, np.ndarray) else tree

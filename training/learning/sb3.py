@@ -64,7 +64,7 @@ class LearnersVecEnv(VecEnv):
         self._returns[ended], self._lengths[ended] = 0.0, 0
 
     def get_state(self) -> dict[str, Any]:
-        """A snapshot of NumPy arrays and plain values; see `Learners.get_state`."""
+        """A snapshot of NumPy arrays and built-in values; see `Learners.get_state`."""
         own = {"returns": self._returns.copy(), "lengths": self._lengths.copy()}
         return self.learners.get_state() | own
 
@@ -79,7 +79,7 @@ class LearnersVecEnv(VecEnv):
     def close(self) -> None:
         self.learners.close()
 
-    # --- what SB3 asks of environments that it thinks of as separate ---
+    # --- what SB3 asks of separate environments ---
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         value = None if attr_name == "render_mode" else getattr(self.learners, attr_name)

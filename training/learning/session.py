@@ -1,4 +1,4 @@
-"""A training run at work: rollouts, updates, evaluations and checkpoints."""
+"""The loop of a training run: rollouts, updates, evaluations and checkpoints."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from stable_baselines3.common.callbacks import BaseCallback
 
 from trust_env.agents.learned.policy import Learned
-from trust_env.agents.wrappers import DEFAULT_VIEW
+from trust_env.agents.wrappers import DEFAULT_WRAPPER
 from trust_env.metrics import METRICS
 from trust_env.scenario import Scenario
 from trust_env.training.evaluation.evaluate import play_worlds
 from trust_env.training.learning.configuration import Configuration
 from trust_env.training.learning.export import export_policy
 from trust_env.training.learning.learners import Learners
-from trust_env.training.learning.logs import Logs, cut
+from trust_env.training.learning.logs import Logs, truncate
 from trust_env.training.learning.ppo import build_ppo
+from trust_env.training.learning.rollout_metrics import RolloutMetrics
 from trust_env.training.learning.sb3 import LearnersVecEnv
 from trust_env.training.learning.training_folder import TrainingFolder
 from trust_env.vector import VectorEnv
@@ -27,12 +27,12 @@ Tell = Callable[[str], None]
 
 
 def build_learners(config: Configuration, scenario: Scenario, num_worlds: int) -> Learners:
-    """The learners of a run. ValueError: scenario, defense, view and others do not fit together."""
+    """The learners of a run. ValueError: scenario, defense, wrapper and others do not fit together."""
     return Learners(
         scenario,
         config.defense,
         num_worlds,
-        view=config.view or DEFAULT_VIEW,
+        wrapper=config.wrapper or DEFAULT_WRAPPER,
         others=config.others,
         knowledge=config.knowledge,
         max_cycles=config.max_cycles,
@@ -43,7 +43,7 @@ def build_learners(config: Configuration, scenario: Scenario, num_worlds: int) -
 
 
 class Session:
-    """From `saved`, what the last checkpoint in the folder holds, or from the beginning."""
+    """A run from `saved`, the content of its folder's last checkpoint, or from the beginning."""
 
     def __init__(self, folder: TrainingFolder, saved: Mapping[str, Any] | None):
         self.folder, self.config, scenario = folder, folder.configuration(), folder.scenario()
@@ -52,11 +52,11 @@ class Session:
         self.env = LearnersVecEnv(build_learners(config, scenario, config.worlds))
         self.scenario = self.env.learners.scenario
         self.model = build_ppo(config, self.env)
-        cut(folder.path, saved["logs"] if saved else {})
+        truncate(folder.path, saved["logs"] if saved else {})
         self.logs = Logs(folder.path)
         self.model.set_logger(self.logs.training)
-        self.watch = Watch(self.env)
-        _, self._callback = self.model._setup_learn(config.steps, self.watch)
+        self.rollout_metrics = RolloutMetrics(self.env)
+        _, self._callback = self.model._setup_learn(config.steps, self.rollout_metrics)
         self._seconds_before, self._evaluated = 0.0, -1
         if saved:
             self.model.set_state(saved["model"])
@@ -82,11 +82,12 @@ class Session:
         """Of this session and those before."""
         return self._seconds_before + time.monotonic() - self._began
 
-    def run(self, advance: Callable[[int], None], tell: Tell, stops: Callable[[], bool]) -> None:
-        """Train to the end. advance(n): n steps are done; tell(text): how it stands; stops(): whether to
-        stop, after which there is a KeyboardInterrupt, and all is saved.
+    def run(self, advance: Callable[[int], None], tell: Tell, stop_requested: Callable[[], bool]) -> None:
+        """Train to the last step; where `stop_requested`, save everything and raise KeyboardInterrupt.
+
+        advance(n) is called after every n steps, tell(text) after every evaluation.
         """
-        self.watch.advance = advance
+        self.rollout_metrics.advance = advance
         if self._evaluated < 0:
             self._evaluate(tell)
             self.save()
@@ -96,9 +97,9 @@ class Session:
             if evaluates:
                 self._evaluate(tell)
             waited = time.monotonic() - self._saved >= self.config.checkpoint.every
-            if evaluates or waited or stops():
+            if evaluates or waited or stop_requested():
                 self.save()
-            if stops() and not self.finished:
+            if stop_requested() and not self.finished:
                 raise KeyboardInterrupt
 
     def _iterate(self) -> None:
@@ -112,7 +113,7 @@ class Session:
         record("time/steps", self.steps, exclude="tensorboard")
         record("time/seconds", self.seconds)
         record("time/steps_per_second", (self.steps - before) / (time.monotonic() - began))
-        for name, value in self.watch.take().items():
+        for name, value in self.rollout_metrics.take().items():
             record(f"rollout/{name}", value)
         if model.ep_info_buffer:
             record("rollout/episode_reward", float(np.mean([e["r"] for e in model.ep_info_buffer])))
@@ -140,7 +141,7 @@ class Session:
         export_policy(self.folder.path, self.model, self.env.learners, self.config)
 
     def save(self) -> None:
-        """The policy, and a checkpoint from which the run goes on bit for bit."""
+        """Write the policy, and a checkpoint from which the run continues bit for bit."""
         self._export()
         self.folder.checkpoints.save(self.steps, self._state())
         self._saved = time.monotonic()
@@ -157,31 +158,3 @@ class Session:
     def close(self) -> None:
         self.logs.close()
         self.env.close()
-
-
-class Watch(BaseCallback):
-    """The environment's own metrics over a rollout, and how far it is."""
-
-    _NAMES = ("false_tracks", "missing_targets")
-
-    def __init__(self, env: LearnersVecEnv):
-        super().__init__()
-        self._env = env
-        self.advance: Callable[[int], None] = lambda n: None
-        self._forget()
-
-    def _forget(self) -> None:
-        self._frames, self._sums = 0, dict.fromkeys(self._NAMES, 0.0)
-
-    def _on_step(self) -> bool:
-        self._frames += 1
-        for name in self._NAMES:
-            self._sums[name] += float(self._env.metrics[name].mean())
-        self.advance(self._env.num_envs)
-        return True
-
-    def take(self) -> dict[str, float]:
-        """Means per frame since the last time."""
-        means = {f"{name}_per_frame": total / self._frames for name, total in self._sums.items()}
-        self._forget()
-        return {"damage_per_frame": sum(means.values())} | means

@@ -1,4 +1,4 @@
-"""The folder of a training run: what it takes to repeat it, to go on with it, and to play what it learned.
+"""The folder of a training run: all that repeating it, resuming it and playing its policy needs.
 
 config.yaml          everything that was configured
 scenario.yaml        the scenario, as it was when the run began
@@ -36,7 +36,7 @@ _LOCK = ".lock"
 
 
 class TrainingFolder:
-    """config.yaml stands there last, so that a folder that has it has all that a run starts from."""
+    """The files of a run. config.yaml is written last: where it is, the run can begin."""
 
     def __init__(self, path: Path):
         self.path = path
@@ -86,7 +86,7 @@ class TrainingFolder:
         return load_scenario(self.path / SCENARIO)
 
     def begin(self, config: Configuration, scenario: Scenario) -> None:
-        """Note down that a session begins. ValueError: a file of the user's is not what it was."""
+        """Record that a session begins. ValueError: a file of the user's has changed."""
         found = json.loads((self.path / RUN).read_text(encoding="utf-8"))
         here = _digests(config, scenario)
         for file, before in found["files"].items():
@@ -118,7 +118,7 @@ class TrainingFolder:
 
 
 def _session() -> dict[str, Any]:
-    """When, how and with what a part of the run was computed."""
+    """Time, command, machine and package versions of a session."""
     return {
         "began": datetime.now(UTC).isoformat(timespec="seconds"),
         "command": shlex.join(sys.argv),
@@ -130,7 +130,7 @@ def _session() -> dict[str, Any]:
 
 
 def _digests(config: Configuration, scenario: Scenario) -> dict[str, str]:
-    """Of the user's own files that take part, and of weights."""
+    """Digests of the user's own files, the weights and the data that the run depends on."""
     policies = [parse_policy(text) for text in config.others.values()]
     files = dict(pair for spec in [parse(config.defense), *policies] for pair in files_of(spec))
     data = scenario.targets.data

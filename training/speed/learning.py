@@ -54,7 +54,7 @@ def _configuration() -> Any:
 def _updates(model: Any, threads: int) -> Run:
     from stable_baselines3.common.logger import Logger
 
-    from trust_env.training.learning.ppo import own_torch
+    from trust_env.training.learning.torch_state import isolated_torch
 
     model.set_logger(Logger(None, []))
     _, callback = model._setup_learn(10**12)
@@ -62,7 +62,7 @@ def _updates(model: Any, threads: int) -> Run:
 
     def run(frames: int) -> int:
         rollouts = -(-frames // size)
-        with own_torch(threads):
+        with isolated_torch(threads):
             for _ in range(rollouts):
                 model.collect_rollouts(model.env, callback, model.rollout_buffer, model.n_steps)
                 model.train()

@@ -18,8 +18,8 @@ from llvmlite import binding as llvm
 from numba.core import config
 
 from trust_env.compiled import store
-from trust_env.compiled.key import key_of_code
 from trust_env.compiled.kernels import compiling_entry
+from trust_env.compiled.key import key_of_code
 from trust_env.compiled.mode import CHECKED, INTERPRETED, OPTIONS, PLAIN, unknown_version
 
 

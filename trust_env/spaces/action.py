@@ -49,7 +49,7 @@ class ActionTable(Mapping[str, slice]):
         slots = actions[..., self["injections"]]
         return slots.reshape(*slots.shape[:-1], self.slots, len(SLOT))
 
-    def nothing(self, *shape: int) -> np.ndarray:
+    def zero_actions(self, *shape: int) -> np.ndarray:
         """The honest action, float32[*shape, A]: zeros."""
         return np.zeros((*shape, self.size), dtype=np.float32)
 
@@ -60,7 +60,7 @@ class ActionTable(Mapping[str, slice]):
         (m) fill the first n injection slots, fired where fire[..., n] (default: all); suppress bool[..., D].
         """
         box = np.asarray(fov_box, dtype=np.float64)
-        out = self.nothing(*box.shape[:-1])
+        out = self.zero_actions(*box.shape[:-1])
         if positions is not None:
             points = np.asarray(positions, dtype=np.float64)
             n = min(points.shape[-2], self.slots)

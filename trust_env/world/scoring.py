@@ -15,7 +15,6 @@ from trust_env.world.tracking.association import NONE, max_cardinality_assignmen
 from trust_env.world.tracking.score import CONFIRMED
 
 
-
 @kernel
 def score_picture(world):
     """Fill `metrics`, and label every confirmed track with its target (`label`, NONE: false)."""

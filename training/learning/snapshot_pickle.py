@@ -1,7 +1,7 @@
-"""Objects with memory as bytes, for snapshots: a user's own defense, policies.
+"""Pickles for snapshots of objects with a memory of their own: a user's own defense, policies.
 
-What both sides have anyway (a scenario, its tables) is left out and put back as the very same object, because
-policies recognise it by identity. Unpickling can run code, so it is for snapshots of one's own only.
+Objects that both sides have anyway (a scenario, its tables) are left out and put back as the same object,
+because policies compare them by identity. Unpickling can run code: for snapshots of one's own only.
 """
 
 from __future__ import annotations

@@ -1,0 +1,41 @@
+"""What a search may try of a parameter. The ranges of an attack stand in its class, `search_ranges`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple, TypeAlias
+
+from trust_env.scenario import Scenario
+
+
+class Range(NamedTuple):
+    """Numbers from `low` to `high`, both included."""
+
+    low: float
+    high: float
+    whole: bool = False  # whole numbers only
+    none: float | None = None  # the number that the default None stands for, where there is one
+
+
+# By parameter: a range, or a list of values to choose from.
+SearchRanges: TypeAlias = Mapping[str, Range | tuple[str, ...]]
+
+
+def start_range(scenario: Scenario) -> Range:
+    """Honest frames before an attack."""
+    return Range(0, half_episode(scenario), whole=True)
+
+
+def hit_rate_range(scenario: Scenario) -> Range:
+    """Probability that a phantom is reported; None is the sensor's P_D."""
+    return Range(0.5, 1.0, none=scenario.sensor.p_detect)
+
+
+def phantom_range(scenario: Scenario, most: int) -> Range:
+    """Number of phantoms; None is as many as one adversary can report."""
+    return Range(1, max(1, most), whole=True, none=scenario.injection.slots)
+
+
+def half_episode(scenario: Scenario) -> int:
+    """Half of the horizon, and at least 2, frames."""
+    return max(2, scenario.horizon // 2)
