@@ -26,7 +26,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import re
 from collections.abc import Callable, Mapping
 from itertools import pairwise
@@ -38,6 +37,7 @@ import safetensors
 import safetensors.numpy
 
 from trust_env.agents.wrappers import VIEWS, build_view
+from trust_env.files import write_atomically
 from trust_env.spaces.observation import KNOWLEDGE, NAMES
 from trust_env.spec import parse
 
@@ -79,7 +79,8 @@ def save_policy(path: str | Path, tensors: Mapping[str, np.ndarray], config: Map
     _check(arrays, config)
     data = safetensors.numpy.save(arrays, {_KEY: json.dumps(config)})
     file = Path(path).expanduser()
-    _write(file / FILE if file.is_dir() else file, data)
+    file = file / FILE if file.is_dir() else file
+    write_atomically(file, lambda path: path.write_bytes(data))
 
 
 def load_policy(path: str | Path) -> tuple[Tensors, dict[str, Any]]:
@@ -250,17 +251,3 @@ _CONFIG: dict[str, tuple[Callable[[Any], bool], str]] = {
     "choices": (lambda v: v is None or _are_whole(v, 1), "null, or a list of whole numbers of at least 1"),
     "about": (_are_facts, f"a dict of at most {MOST_FACTS} texts and finite numbers"),
 }
-
-
-def _write(file: Path, data: bytes) -> None:
-    """What stood there before stays until the new file is complete and on the disk."""
-    unfinished = file.with_name(file.name + ".unfinished")
-    try:
-        with open(unfinished, "wb") as opened:
-            opened.write(data)
-            opened.flush()
-            os.fsync(opened.fileno())
-        os.replace(unfinished, file)
-    except OSError:
-        unfinished.unlink(missing_ok=True)
-        raise

@@ -17,8 +17,8 @@ from trust_env.agents import Player, build_policy, sufficient_knowledge
 from trust_env.conformance import CHECKS, Report, check, random_policy
 from trust_env.scenario import load_scenario
 from trust_env.spec import load_object, parse, split_specs
-from trust_env.training.cli.catalogue import needs_recording
-from trust_env.training.console import progress as progress_bar
+from trust_env.training.console import progress_bar
+from trust_env.training.evaluation.recording import needs_recording
 
 
 @dataclass(frozen=True)

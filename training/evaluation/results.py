@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -115,12 +114,3 @@ def cells_of(table: pa.Table) -> list[Cell]:
 
 def _floats(column: Any) -> np.ndarray:
     return np.asarray(column.to_numpy(zero_copy_only=False), dtype=np.float64)
-
-
-def checked_metrics(names: Iterable[str]) -> list[str]:
-    """The names as given; ValueError for one that is no metric."""
-    names = list(names)
-    for name in names:
-        if name not in METRICS:
-            raise unknown_name("metric", name, METRICS)
-    return names

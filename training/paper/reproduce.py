@@ -15,7 +15,7 @@ import numpy as np
 from rich.console import Console
 from rich.text import Text
 
-from trust_env.training.console import progress as progress_bar
+from trust_env.training.console import progress_bar
 from trust_env.training.paper import tables
 from trust_env.training.paper.panels import VARIANTS, estimator_deviation, simulated_panels
 from trust_env.training.paper.published import Panel, PanelKey, panel_keys, published_panels

@@ -18,8 +18,7 @@ from rich.table import Table
 from rich.text import Text
 
 import trust_env
-from trust_env.training.console import number
-from trust_env.training.console import progress as progress_bar
+from trust_env.training.console import format_number, progress_bar
 from trust_env.training.speed import learning, peers, startup, subjects
 from trust_env.training.speed.stopwatch import Run, Spread, measure, ratio
 from trust_env.vector import VectorEnv
@@ -217,8 +216,9 @@ def _ratio_table(ratios: Sequence[Ratio]) -> Table:
     for each in ratios:
         style = {True: "green", False: "bold red", None: ""}[each.met]
         wanted, aim = ("–" if value is None else f"{value:g}" for value in (each.wanted, each.aim))
-        spread = f"{number(each.times.low)} to {number(each.times.high)}"
-        table.add_row(each.ours, each.peer, Text(number(each.times.median), style=style), spread, wanted, aim)
+        spread = f"{format_number(each.times.low)} to {format_number(each.times.high)}"
+        median = Text(format_number(each.times.median), style=style)
+        table.add_row(each.ours, each.peer, median, spread, wanted, aim)
     return table
 
 
@@ -229,5 +229,5 @@ def _load_table(loads: Sequence[Load]) -> Table:
     for load in loads:
         pairs = load.detections * load.tracks
         values = (load.detections, load.tracks, pairs, load.ns_per_pair)
-        table.add_row(load.scenario, *(number(value) for value in values))
+        table.add_row(load.scenario, *(format_number(value) for value in values))
     return table

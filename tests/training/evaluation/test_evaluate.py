@@ -121,7 +121,7 @@ def _same(a: Results, b: Results) -> bool:
 def test_neither_the_batch_nor_the_company_changes_a_cell(run, monkeypatch):
     results, _ = run
     monkeypatch.setattr(
-        sys.modules["trust_env.training.evaluation.evaluate"], "MOST_WORLDS", 4
+        sys.modules["trust_env.training.evaluation.evaluate"], "MAX_WORLDS", 4
     )  # 3 + 3 worlds
     alone = training.evaluate(attacks="optimal_false_positive(n=1)", defenses=["score"], **SMALL)
     expected = results["optimal_false_positive(n=1)", "score"].metrics
@@ -209,7 +209,7 @@ def test_nothing_is_overwritten(tmp_path):
     for resume in (False, True):
         with pytest.raises(ValueError, match=r"thesis\.tex"):
             _evaluate(tmp_path / "other", resume=resume)
-    with pytest.raises(ValueError, match="expected a folder for the results, this is a file"):
+    with pytest.raises(ValueError, match="expected a folder, this is a file"):
         _evaluate(tmp_path / "other" / "thesis.tex")
     assert (tmp_path / "out" / "results.parquet").read_bytes() == stamp
     assert [p.name for p in (tmp_path / "other").iterdir()] == ["thesis.tex"]
@@ -251,7 +251,7 @@ def test_a_full_disk_keeps_what_is_finished(tmp_path, monkeypatch):
             raise OSError(errno.ENOSPC, "No space left on device")
         replace(source, target)
 
-    monkeypatch.setattr(run_folder.os, "replace", fails_at_the_second_cell)
+    monkeypatch.setattr(os, "replace", fails_at_the_second_cell)
     with pytest.raises(OSError, match=r"No space left on device.*results\.parquet"):
         _evaluate(tmp_path / "out")
     monkeypatch.undo()
@@ -264,7 +264,7 @@ def test_what_cannot_be_written_is_said_before_anything_is_computed(tmp_path, mo
     def play(*_):
         raise AssertionError("computed")
 
-    monkeypatch.setattr(sys.modules["trust_env.training.evaluation.evaluate"]._Run, "_play_cell", play)
+    monkeypatch.setattr(sys.modules["trust_env.training.evaluation.evaluate"]._Evaluation, "_play_cell", play)
     (tmp_path / "file").write_text("")
     with pytest.raises(OSError, match="file"):
         _evaluate(tmp_path / "file" / "out")
@@ -275,14 +275,14 @@ def test_what_cannot_be_written_is_said_before_anything_is_computed(tmp_path, mo
 
 
 def test_resume_plays_only_what_is_missing(tmp_path, monkeypatch):
-    runner = sys.modules["trust_env.training.evaluation.evaluate"]._Run
+    runner = sys.modules["trust_env.training.evaluation.evaluate"]._Evaluation
     play, played = runner._play_cell, []
 
-    def stops_at_the_second(self, attacker, defender, advance):
-        played.append(attacker.name)
+    def stops_at_the_second(self, attack, defense, advance):
+        played.append(attack.name)
         if len(played) == 2:
             raise KeyboardInterrupt
-        return play(self, attacker, defender, advance)
+        return play(self, attack, defense, advance)
 
     monkeypatch.setattr(runner, "_play_cell", stops_at_the_second)
     with pytest.raises(KeyboardInterrupt):

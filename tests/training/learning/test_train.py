@@ -16,8 +16,7 @@ import pytest
 import yaml
 from paths import ROOT
 
-import trust_env.training.evaluation.run_folder as run_folder
-from trust_env import training
+from trust_env import files, training
 from trust_env.agents.learned.policy_file import load_policy
 from trust_env.metrics import METRICS
 from trust_env.spaces.observation import KNOWLEDGE
@@ -360,7 +359,7 @@ def test_folders_that_may_not_be_used(run, tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(ValueError, match=r"not empty \(it holds notes.txt\)"):
         train(out=tmp_path)
-    with pytest.raises(ValueError, match=r"expected a folder for the run, this is a file"):
+    with pytest.raises(ValueError, match="expected a folder, this is a file"):
         train(out=tmp_path / "notes.txt")
     with pytest.raises(
         ValueError, match=r"there is no config\.yaml in it; expected the folder of a training run"
@@ -411,7 +410,7 @@ def test_a_full_disk_keeps_what_was_saved(copy, run, monkeypatch):
             raise OSError(errno.ENOSPC, "No space left on device")
 
     with monkeypatch.context() as patched:
-        patched.setattr(run_folder, "sync", full)
+        patched.setattr(files, "sync", full)
         with pytest.raises(OSError, match=r"No space left on device: '.*\.zip'"):
             training.train(resume=copy, progress=False)
     assert saved(copy) == before and not list(copy.glob("checkpoints/*.unfinished"))
