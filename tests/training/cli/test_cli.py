@@ -18,8 +18,7 @@ from trust_env.agents import POLICIES
 from trust_env.conformance import CHECKS
 from trust_env.defenses.trust_presets import PRESETS
 from trust_env.metrics import METRICS
-from trust_env.training.cli.evaluate import COMMANDS
-from trust_env.training.cli.main import main
+from trust_env.training.cli.main import COMMANDS, main
 
 PROGRAM = [sys.executable, "-m", "trust_env.training.cli"]
 
