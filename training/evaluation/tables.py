@@ -1,4 +1,4 @@
-"""Results on the screen."""
+"""The results of an evaluation as tables in a terminal."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from trust_env.training.console import format_number
 from trust_env.training.evaluation.results import Results
 from trust_env.training.evaluation.statistics import Interval
 
-HEADLINES = (  # the columns that are shown by default
+DEFAULT_METRICS: tuple[str, ...] = (
     "damage_per_frame",
     "injected_tracks_per_frame",
     "missing_fraction",
@@ -28,10 +28,10 @@ _NAME_WIDTH, _METRIC_WIDTH, _BORDER_WIDTH = 30, 11, 3  # of names at most
 
 
 def chosen_metrics(text: str | None) -> list[str]:
-    """Metrics named in a text with commas; `all` of them; or those that stand for the others, for None."""
+    """The metrics named in a text with commas; every metric for "all", the default ones for None."""
     if text == "all":
         return list(METRICS)
-    names = list(HEADLINES) if text is None else text.split(",")
+    names = list(DEFAULT_METRICS) if text is None else text.split(",")
     for name in names:
         if name not in METRICS:
             raise unknown_name("metric", name, METRICS)
@@ -51,7 +51,7 @@ def print_results(results: Results, metrics: Sequence[str], console: Console) ->
 
 
 def result_tables(results: Results, metrics: Sequence[str], width: int) -> Iterator[Table]:
-    """Rows: cells; columns: metrics."""
+    """Tables with a row for every cell and a column for every metric, as many as the width needs."""
     names = [("attack", *(c.attack for c in results.cells)), ("defense", *(c.defense for c in results.cells))]
     widths = [min(_NAME_WIDTH, max(map(len, column))) for column in names]
     room = width - 1 - sum(widths) - 2 * _BORDER_WIDTH

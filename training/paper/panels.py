@@ -47,7 +47,7 @@ def simulated_panel(key: PanelKey, variant: str, seeds: int) -> Panel:
     case, trusted = key
     venv = VectorEnv(case, _defense(variant, trusted), seeds, autoreset=False)
     player = Player(venv, {"adversary": "false_positive"})
-    places = np.array([thing.position for thing in objects(case)])
+    places = np.array([obj.position for obj in objects(case)])
     tracks, agents = [], []
     observations, _ = venv.reset(seed=0)
     for _ in range(venv.max_cycles):

@@ -94,7 +94,7 @@ def theorem_row(n_adversaries: int, n_benign: int, order: str, seeds: int) -> Th
         n_benign,
         order,
         theorem=theory.frames_to_confirm(n_adversaries, n_benign, **belief),
-        bound=_ceil(theory.sequential_frames_to_confirm(n_adversaries, n_benign, **belief)),
+        bound=ceil_frames(theory.sequential_frames_to_confirm(n_adversaries, n_benign, **belief)),
         recursion=theory.score_optimal_frames(scenario.roles, **belief, **filtering),
         simulated=simulated,
         earliest_other=others[earliest][0],
@@ -134,5 +134,6 @@ def first_confirmed(scenario: Scenario, policy: str, worlds: int, frames: int) -
     return first, gain
 
 
-def _ceil(frames: float) -> float:
+def ceil_frames(frames: float) -> float:
+    """The first whole frame that is not before `frames`; infinity stays."""
     return float(math.ceil(frames)) if math.isfinite(frames) else math.inf

@@ -60,9 +60,9 @@ def test_shipped_numbers_are_of_the_built_in_cases():
 
     for case in published.CASES:
         scenario = trust_env.load_scenario(case)
-        true = [thing.position for thing in objects(case) if thing.kind == "true"]
+        true = [obj.position for obj in objects(case) if obj.kind == "true"]
         assert sorted(true) == sorted(tuple(p) for p in scenario.targets.positions)
-        false = [(thing.detected_by[0], thing.position) for thing in objects(case) if thing.kind == "fp"]
+        false = [(obj.detected_by[0], obj.position) for obj in objects(case) if obj.kind == "fp"]
         assert sorted(false) == sorted((i.agent, tuple(i.position)) for i in scenario.injections)
 
 
@@ -82,7 +82,7 @@ def test_panels_in_our_environment_end_where_the_authors_do(report):
     for key in panel_keys():
         case = reference_case(key)
         means = [row["mean"] for name in ("tracks", "agents") for row in case["final"][name]]
-        assert report.panels["cdc2024"][key].ends == pytest.approx(means, abs=0.05)
+        assert report.panels["cdc2024"][key].final_trust == pytest.approx(means, abs=0.05)
     assert 0.0 < report.deviation <= 0.05
 
 
@@ -153,7 +153,7 @@ def test_the_published_numbers_and_cdc2024_bear_out_every_claim_about_trust(repo
 def test_claims_that_fail_with_paper_are_named_with_their_reason(report):
     failing = [v for v in report.verdicts if v.source == "paper" and not v.holds]
     assert {(v.section, v.claim) for v in failing} == FAILS_WITH_PAPER
-    assert all(v.note and v.as_known for v in failing)
+    assert all(v.note and v.as_expected for v in failing)
     explained = [v for v in report.verdicts if v.source == "paper*"]
     assert {(v.section, v.claim) for v in explained} == FAILS_WITH_PAPER
     assert all(v.holds for v in explained)
