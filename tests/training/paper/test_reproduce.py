@@ -95,7 +95,7 @@ def test_panels_follow_the_authors_frame_by_frame(report):
             assert (np.isnan(curve[:, :-1]) == np.isnan(theirs[:, 1:])).mean() > 0.95
 
 
-def test_a_panel_does_not_depend_on_the_batch():
+def test_a_panel_is_the_same_when_simulated_again():
     one, again = (simulated_panel(("case2", True), "paper", 3) for _ in range(2))
     assert np.array_equal(one.tracks, again.tracks, equal_nan=True) and np.array_equal(
         one.agents, again.agents
@@ -125,7 +125,7 @@ def test_theorem_and_simulation_agree_in_every_cell(report):
     assert all(min(row.earliest_other, row.simulated) >= row.bound for row in report.theorem)
 
 
-def test_theorem_row_notices_what_comes_too_early():
+def test_a_theorem_row_fails_where_a_confirmation_comes_too_early():
     row = theorem_row(1, 0, "first", 1)
     fields = {name: getattr(row, name) for name in row.__dataclass_fields__}
     assert row.ok
@@ -168,7 +168,7 @@ def test_claims_about_the_score_that_do_not_hold(report):
     ]
 
 
-def test_a_claim_can_fail():
+def test_claims_fail_on_panels_that_contradict_them():
     """Swapped agents in case 2, and an agent that never settles."""
     panels = dict(published_panels())
     for key, panel in panels.items():
@@ -210,7 +210,7 @@ def test_report_prints_tables_and_verdicts(report):
 
 
 @pytest.mark.parametrize("seeds", [0, -1, 1.5, True])
-def test_seeds_must_be_a_count(seeds):
+def test_seeds_must_be_a_whole_number_of_at_least_1(seeds):
     with pytest.raises(ValueError, match="seeds"):
         reproduce(seeds=seeds, progress=False)
 
@@ -226,7 +226,7 @@ def test_figures_are_written(report, tmp_path):
     )
 
 
-def test_missing_matplotlib_is_said_before_anything_is_computed(monkeypatch, tmp_path):
+def test_missing_matplotlib_raises_before_anything_is_computed(monkeypatch, tmp_path):
     import sys
 
     monkeypatch.setitem(sys.modules, "matplotlib", None)

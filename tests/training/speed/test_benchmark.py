@@ -102,7 +102,7 @@ def test_stone_soup_follows_the_targets():
 # --- start-up -------------------------------------------------------------------------------------------
 
 
-def test_import_brings_in_nothing_heavy():
+def test_import_loads_nothing_heavy():
     found = startup.import_time(1)
     assert found["brings_in"] == [] and found["seconds"]["median"] > 0
 
@@ -118,7 +118,7 @@ def test_first_frame_starts_from_an_empty_cache_and_then_from_a_full_one(monkeyp
     assert startup.first_frame() == {"compiling_seconds": 0.0, "from_cache_seconds": 1.0}
 
 
-def test_a_python_that_fails_says_why():
+def test_a_failing_interpreter_raises_its_error_message():
     with pytest.raises(RuntimeError, match="no such thing"):
         startup._run_python("raise SystemExit('no such thing')")
 
