@@ -22,7 +22,7 @@ Repeated = UseAppendAction[tuple[str, ...]]
 OK, CHECK_FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130  # exit codes
 
 Command = Callable[..., int | None]
-"""What a command is: a function that returns an exit code, or None when all is well."""
+"""A function that returns an exit code, or None when all is well; its parameters are the options."""
 
 
 class Group(NamedTuple):
@@ -33,7 +33,7 @@ class Group(NamedTuple):
 
 
 class Report(Protocol):
-    """What most commands find: it can be printed, and written as JSON."""
+    """The outcome of a command, which can be printed as tables and as JSON."""
 
     def to_dict(self) -> dict[str, Any]: ...
 

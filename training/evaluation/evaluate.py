@@ -49,12 +49,13 @@ def evaluate(
 
     scenario: as `load_scenario` takes it; `knowledge`, `data` (the recording), `actuation` and `overrides`
     (by field, {"tracker.gate": 0.95}) change it. attacks, defenses: names, `trust(preset=cdc2024)`,
-    `my_file.py:MyDefense`, in a text with commas or in a list, in which objects will do as well. Where an
+    `my_file.py:MyDefense`, in a text with commas or in a list, which may also hold objects. Where an
     attack needs a higher knowledge level than the scenario's, all cells are played at the least that all
     need, and `Results.notes` says so. out: a new or empty folder for results.parquet and results.json, to
     which a finished cell is added at once; `resume` continues the run in it.
 
-    Raises ValueError for what cannot be played, OSError for a folder that cannot be written, both at once.
+    Before anything is computed it raises ValueError for what cannot be played, OSError for a folder that
+    cannot be written.
     """
     options = {"knowledge": knowledge, "targets.data": data, "actuation": actuation}
     given = {name: value for name, value in options.items() if value is not None}

@@ -1,4 +1,4 @@
-"""What an evaluation found: cells of attack and defense, their episodes, and what to say of them."""
+"""The results of an evaluation: a cell for every attack and defense, with the metrics of every episode."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Results:
         raise unknown_name("cell", " x ".join(key), (" x ".join(cell.key) for cell in self.cells))
 
     def difference(self, cell_a: Key | Cell, cell_b: Key | Cell, metric: str) -> Interval | None:
-        """How much higher a metric is in cell a than in cell b, by paired bootstrap; None: undefined."""
+        """How much higher a metric is in cell a than in cell b, by paired episodes; None: undefined."""
         if metric not in METRICS:
             raise unknown_name("metric", metric, METRICS)
         a, b = (cell if isinstance(cell, Cell) else self[cell] for cell in (cell_a, cell_b))

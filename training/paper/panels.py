@@ -78,7 +78,7 @@ def _trust_at(venv: VectorEnv, places: np.ndarray) -> np.ndarray:
 
 
 def estimator_deviation(variant: str) -> float:
-    """Fed with the authors' own evidence: the largest difference of any final α or β from theirs."""
+    """The largest difference of any final α or β from the authors', given their own evidence."""
     differences = [np.abs(replayed_beliefs(key, variant) - final_beliefs(key)).max() for key in panel_keys()]
     return float(max(differences))
 

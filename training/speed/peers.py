@@ -36,7 +36,7 @@ def mpe2_subject() -> Run:
 
 
 def oracle_subject(recorded: RecordedEpisode) -> Run:
-    """The plain NumPy reference of the centre, frame by frame; it stands in the repository's tests."""
+    """The plain NumPy reference of the centre, frame by frame; it is in the repository's tests."""
     oracle = _load_oracle()
     s = recorded.scenario
     agents = [s.agent(k) for k in range(s.n_agents)]

@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 Run = Callable[[int], int | None]
-"""Runs so many frames, or more and then says how many."""
+"""Runs a number of frames; where it runs more, it returns how many."""
 
 
 @dataclass(frozen=True)
