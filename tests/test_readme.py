@@ -1,13 +1,20 @@
-"""The README's code runs, in order, as a reader would type it."""
+"""The README's code runs, in order, as a reader would type it, and its command lines parse."""
 
 from __future__ import annotations
 
+import functools
 import re
+import shlex
 import sys
+from collections.abc import Mapping
+from typing import Any
 
 import pytest
 import yaml
 from paths import ROOT
+
+from trust_env.training.cli import main as cli
+from trust_env.training.cli.options import Group
 
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", TEXT, flags=re.MULTILINE | re.DOTALL)
@@ -70,21 +77,36 @@ def test_the_scenario_file_is_valid(reader):
     assert scenario.roles == ("adversary", "benign", "benign", "benign")
 
 
-def test_every_command_exists():
-    """Words after `trust-env` in the shell blocks are commands, their options are known."""
-    from trust_env.training.cli.main import main
+def command_lines() -> list[str]:
+    """What stands after `trust-env` in shell blocks and in code spans of the text."""
+    lines = [line for body in blocks("sh") for line in body.splitlines()]
+    spans = re.findall(r"`([^`\n]+)`", re.sub(r"^```.*?^```$", "", TEXT, flags=re.MULTILINE | re.DOTALL))
+    return [text.removeprefix("trust-env ") for text in lines + spans if text.startswith("trust-env ")]
 
-    commands = [
-        line.split("#")[0].split()[1]
-        for body in blocks("sh")
-        for line in body.splitlines()
-        if line.startswith("trust-env ")
-    ]
-    assert {"evaluate", "reproduce", "conform", "scenarios", "benchmark"} <= set(commands)
-    for command in dict.fromkeys(commands):
-        with pytest.raises(SystemExit) as stop:
-            main([command, "--help"])
-        assert stop.value.code == 0
+
+def recorders(commands: Mapping[str, Any], called: list[str], group: str = "") -> dict[str, Any]:
+    """Commands with the options of the given ones, which only add their names to `called`."""
+
+    def recorder(name: str, command: Any) -> Any:
+        if isinstance(command, Group):
+            return Group(command.help, recorders(command.commands, called, f"{name} "))
+        return functools.wraps(command)(lambda *_, **__: called.append(group + name))
+
+    return {name: recorder(name, command) for name, command in commands.items()}
+
+
+@pytest.mark.parametrize("line", dict.fromkeys(command_lines()))
+def test_every_command_line_parses(monkeypatch, line):
+    called: list[str] = []
+    monkeypatch.setattr(cli, "COMMANDS", recorders(cli.COMMANDS, called))
+    assert cli.main(shlex.split(line, comments=True)) == 0
+    (name,) = called
+    assert line.startswith(name)
+
+
+def test_the_readme_shows_every_kind_of_command():
+    shown = {line.split()[0] for line in command_lines()}
+    assert shown >= {"evaluate", "reproduce", "conform", "scenarios", "benchmark", "train", "exploit"}
 
 
 def test_make_targets_exist():

@@ -15,27 +15,28 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-Tell = Callable[[str], None]
+Advance = Callable[[int], None]
+Describe = Callable[[str], None]
 
 
 @contextmanager
-def progress(
+def progress_bar(
     title: str, total: int, shown: bool = True, done: int = 0
-) -> Iterator[tuple[Callable[[int], None], Tell]]:
-    """A bar while the block runs: `advance(n)` of `total` steps, of which some are `done`, and `tell(text)`
-    what is being done.
+) -> Iterator[tuple[Advance, Describe]]:
+    """A progress bar while the block runs, of `total` steps, of which some are `done`.
+
+    Yields `advance(n)`, to call after n more steps, and `describe(text)`, which replaces the title.
     """
-    what = TextColumn("{task.description}", markup=False)
-    columns = (what, BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    title_column = TextColumn("{task.description}", markup=False)
+    columns = (title_column, BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     console = Console(stderr=True)
-    with Progress(
-        *columns, console=console, transient=True, disable=not (shown and console.is_terminal)
-    ) as bar:
+    hidden = not (shown and console.is_terminal)
+    with Progress(*columns, console=console, transient=True, disable=hidden) as bar:
         task = bar.add_task(title, total=total, completed=done)
         yield (lambda n: bar.advance(task, n)), (lambda text: bar.update(task, description=text))
 
 
-def number(value: float) -> str:
-    """Three or four digits."""
+def format_number(value: float) -> str:
+    """A number with three or four significant digits."""
     size = abs(value)
     return f"{value:.{0 if size >= 100 else 1 if size >= 10 else 2 if size >= 1 else 3}f}"

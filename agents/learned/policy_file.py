@@ -8,7 +8,6 @@ raises ValueError.
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ import safetensors
 import safetensors.numpy
 
 from trust_env.agents.learned.policy_checks import FORMAT, check_policy, shortened
+from trust_env.files import write_atomically
 
 FILE = "policy.safetensors"  # in a run folder
 MOST_BYTES, MOST_HEADER = 64 << 20, 1 << 20
@@ -52,7 +52,8 @@ def save_policy(path: str | Path, tensors: Mapping[str, np.ndarray], config: Map
     check_policy(arrays, config)
     data = safetensors.numpy.save(arrays, {_KEY: json.dumps(config)})
     file = Path(path).expanduser()
-    _write(file / FILE if file.is_dir() else file, data)
+    file = file / FILE if file.is_dir() else file
+    write_atomically(file, lambda path: path.write_bytes(data))
 
 
 def load_policy(path: str | Path) -> tuple[Tensors, dict[str, Any]]:
@@ -109,17 +110,3 @@ def _json(what: str, text: bytes) -> dict[str, Any]:
     if not isinstance(found, dict):
         raise ValueError(f"{what} = {shortened(found)}: expected a dict")
     return found
-
-
-def _write(file: Path, data: bytes) -> None:
-    """What stood there before stays until the new file is complete and on the disk."""
-    unfinished = file.with_name(file.name + ".unfinished")
-    try:
-        with open(unfinished, "wb") as opened:
-            opened.write(data)
-            opened.flush()
-            os.fsync(opened.fileno())
-        os.replace(unfinished, file)
-    except OSError:
-        unfinished.unlink(missing_ok=True)
-        raise

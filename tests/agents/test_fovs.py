@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from attack_runs import SHAPES, quiet
-from trust_env.agents.fovs import Fovs
+from trust_env.scenario import Fovs
 
 from trust_env.scenario import load_scenario
 from trust_env.spaces.action import encode_action

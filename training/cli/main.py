@@ -9,23 +9,45 @@ from collections.abc import Sequence
 import tyro
 from tyro.extras import SubcommandApp
 
-from trust_env.training.cli import evaluate as commands
-from trust_env.training.cli import listing as catalogue_commands
+from trust_env.training.cli import attacks, defenses, scenarios
+from trust_env.training.cli.benchmark import benchmark
+from trust_env.training.cli.conform import conform
+from trust_env.training.cli.evaluate import evaluate
+from trust_env.training.cli.exploit import exploit
+from trust_env.training.cli.options import INTERRUPTED, OK, WRONG_INPUT, Command, Group
+from trust_env.training.cli.reproduce import reproduce
+from trust_env.training.cli.train import train
 
-OK, CHECK_FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 DEBUG = "TRUST_ENV_DEBUG"  # set it to see where an error comes from
+
+COMMANDS: dict[str, Command | Group] = {
+    "evaluate": evaluate,
+    "reproduce": reproduce,
+    "conform": conform,
+    "benchmark": benchmark,
+    "train": train,
+    "exploit": exploit,
+    "scenarios": scenarios.COMMANDS,
+    "defenses": defenses.COMMANDS,
+    "attacks": attacks.COMMANDS,
+}
 
 
 def build_app() -> SubcommandApp:
-    """Every command by name; each is a function that returns an exit code, or None when all is well."""
+    """The parser of the command line, with every command of `COMMANDS`."""
     app = SubcommandApp()
-    for name, command in commands.COMMANDS.items():
+    for name, command in COMMANDS.items():
+        if isinstance(command, Group):
+            app.command(_build_group(command), name=name, help=command.help)
+        else:
+            app.command(name=name)(command)
+    return app
+
+
+def _build_group(group: Group) -> SubcommandApp:
+    app = SubcommandApp()
+    for name, command in group.commands.items():
         app.command(name=name)(command)
-    for group, (text, members) in catalogue_commands.GROUPS.items():
-        nested = SubcommandApp()
-        for name, command in members.items():
-            nested.command(name=name)(command)
-        app.command(nested, name=group, help=text)
     return app
 
 
@@ -49,12 +71,12 @@ def main(args: Sequence[str] | None = None) -> int:
     except (ValueError, OSError, ImportError) as error:
         if os.environ.get(DEBUG):
             raise
-        print(f"trust-env: error: {told(error)}", file=sys.stderr)
+        print(f"trust-env: error: {format_error(error)}", file=sys.stderr)
         return WRONG_INPUT
 
 
-def told(error: Exception) -> str:
-    """An error as one message: of the operating system's, the file and what is the matter with it."""
+def format_error(error: Exception) -> str:
+    """An error as one message; one of the operating system's begins with the file."""
     if isinstance(error, OSError) and error.filename is not None:
         return f"{error.filename}: {error.strerror or error}"
     return str(error)

@@ -1,4 +1,4 @@
-"""What an evaluation consists of, by name: who takes part, and all that its numbers depend on."""
+"""The attacks and defenses of an evaluation by name, and the configuration that its results depend on."""
 
 from __future__ import annotations
 
@@ -18,22 +18,19 @@ from trust_env.spec import Spec, parse, split_specs
 
 
 @dataclass(frozen=True)
-class Contender:
-    """An attack or a defense under its name; `make` gives one that has not played yet."""
+class NamedSpec:
+    """An attack or a defense under its name; `construct` gives one that has not played yet."""
 
     name: str
-    make: Callable[[], Any]
-    spec: Spec | None
+    construct: Callable[[], Any]
+    spec: Spec | None  # None: it was given as an object
 
 
-def contenders(kind: str, named: str | Iterable[Any], build: Callable[[Any], Any]) -> list[Contender]:
+def named_specs(kind: str, given: str | Iterable[Any], build: Callable[[Any], Any]) -> list[NamedSpec]:
     """Those in a text with commas, or in a list of texts and objects. ValueError: unknown, or twice."""
-    items = (
-        split_specs(named) if isinstance(named, str) else [named] if hasattr(named, "reset") else list(named)
-    )
     read = parse_policy if kind == "attack" else parse
-    found = [_contender(item, build, read) for item in items]
-    names = [contender.name for contender in found]
+    found = [_named_spec(item, build, read) for item in _items(given)]
+    names = [one.name for one in found]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise ValueError(f"{kind} {', '.join(twice)}: given twice, so that cells could not be told apart")
@@ -42,36 +39,42 @@ def contenders(kind: str, named: str | Iterable[Any], build: Callable[[Any], Any
     return found
 
 
-def _contender(item: Any, build: Callable[[Any], Any], read: Callable[[str], Spec]) -> Contender:
+def _items(given: str | Iterable[Any]) -> list[Any]:
+    if isinstance(given, str):
+        return list(split_specs(given))
+    return [given] if hasattr(given, "reset") else list(given)
+
+
+def _named_spec(item: Any, build: Callable[[Any], Any], read: Callable[[str], Spec]) -> NamedSpec:
     if isinstance(item, str):
         spec = read(item)
         build(str(spec))  # refuses what cannot be built before anything is played
         name = item.strip() if read is parse_policy and is_run(item) else str(spec)
-        return Contender(name, lambda: build(str(spec)), spec)
+        return NamedSpec(name, lambda: build(str(spec)), spec)
     build(item)
     name = getattr(item, "name", None) or type(item).__name__
-    return Contender(str(name), lambda: copy.deepcopy(item), None)
+    return NamedSpec(str(name), lambda: copy.deepcopy(item), None)
 
 
 def configuration(
     scenario: Scenario,
-    attackers: list[Contender],
-    defenders: list[Contender],
+    attacks: list[NamedSpec],
+    defenses: list[NamedSpec],
     episodes: int,
     seed: int,
     horizon: int,
 ) -> dict[str, Any]:
-    """Everything that the results depend on, as plain values. Files count by what is in them."""
+    """Everything that the results depend on, as plain values; of files, digests of what is in them."""
     fields = scenario.model_dump(mode="json")
     data = fields["targets"].pop("data")
     files = {} if data is None else {"targets.data": digest(data)}
-    for contender in (*attackers, *defenders):
-        if contender.spec is not None:
-            files |= {name: digest(file) for name, file in files_of(contender.spec)}
+    for named in (*attacks, *defenses):
+        if named.spec is not None:
+            files |= {name: digest(file) for name, file in files_of(named.spec)}
     return {
         "scenario": fields,
-        "attacks": [attacker.name for attacker in attackers],
-        "defenses": [defender.name for defender in defenders],
+        "attacks": [attack.name for attack in attacks],
+        "defenses": [defense.name for defense in defenses],
         "episodes": episodes,
         "seed": seed,
         "horizon": horizon,
@@ -82,7 +85,7 @@ def configuration(
 
 
 def files_of(spec: Spec) -> Iterator[tuple[str, str | Path]]:
-    """The files that a spec names, itself or within: users' code, and weights."""
+    """The files that a spec names, or a spec within it: users' code, and weights, by name and path."""
     if spec.path is not None:
         yield spec.path, spec.path
     elif spec.name == Learned.name:
@@ -92,4 +95,5 @@ def files_of(spec: Spec) -> Iterator[tuple[str, str | Path]]:
 
 
 def digest(file: str | Path) -> str:
+    """The first 16 digits of the SHA-256 of a file's content."""
     return hashlib.sha256(Path(file).expanduser().read_bytes()).hexdigest()[:16]

@@ -17,8 +17,8 @@ from trust_env.agents import Player, build_policy, sufficient_knowledge
 from trust_env.conformance import CHECKS, Report, check, random_policy
 from trust_env.scenario import load_scenario
 from trust_env.spec import load_object, parse, split_specs
-from trust_env.training.cli.catalogue import needs_recording
-from trust_env.training.console import progress as progress_bar
+from trust_env.training.console import progress_bar
+from trust_env.training.evaluation.recording import needs_recording
 
 
 @dataclass(frozen=True)
@@ -74,12 +74,12 @@ def conform(
             raise ValueError("env is checked as it is; expected no scenario, defense or attack beside it")
         subjects = [(env, _factory(env), None)]
     else:
-        subjects = _built_in(_names(scenarios) or _playable(data), _names(defenses), data, attack)
-    policy = random_policy if attack is None else functools.partial(_attacked, attack)
+        subjects = _environments(_names(scenarios) or _playable(data), _names(defenses), data, attack)
+    policy = random_policy if attack is None else functools.partial(_attack_policy, attack)
     reports: list[Report] = []
-    with progress_bar("conform", len(subjects) * len(CHECKS), progress) as (advance, tell):
+    with progress_bar("conform", len(subjects) * len(CHECKS), progress) as (advance, describe):
         for name, make, aec in subjects:
-            tell(name)
+            describe(name)
             report = check(
                 make,
                 aec=aec,
@@ -101,7 +101,7 @@ def _playable(data: str | Path | None) -> list[str]:
     return [name for name in trust_env.scenarios() if data is not None or not needs_recording(name)]
 
 
-def _built_in(
+def _environments(
     scenarios: Iterable[Any], defenses: Iterable[Any], data: str | Path | None, attack: str | None
 ) -> list[Any]:
     """Name, factory of the parallel form and factory of the AEC form, for every pair."""
@@ -112,7 +112,7 @@ def _built_in(
         scenario = load_scenario(source, **recording)
         scenario = load_scenario(scenario, knowledge=sufficient_knowledge(scenario, *policies))
         for defense in defenses or trust_env.defenses():
-            trust_env.parallel_env(scenario, defense).close()  # what cannot be built is the caller's fault
+            trust_env.parallel_env(scenario, defense).close()  # raises what is wrong with the arguments
             makes = (
                 functools.partial(make, scenario, defense) for make in (trust_env.parallel_env, trust_env.env)
             )
@@ -121,14 +121,15 @@ def _built_in(
 
 
 def _factory(text: str) -> Any:
+    """The function or class that a text such as `my_file.py:make_env` names, with its arguments."""
     spec = parse(text)
-    made = load_object(spec)
-    if not callable(made) and not hasattr(made, "reset"):
-        raise ValueError(f"{text}: expected a function or class that returns a ParallelEnv, found {made!r}")
-    return functools.partial(made, **spec.params) if spec.params else made
+    found = load_object(spec)
+    if not callable(found) and not hasattr(found, "reset"):
+        raise ValueError(f"{text}: expected a function or class that returns a ParallelEnv, found {found!r}")
+    return functools.partial(found, **spec.params) if spec.params else found
 
 
-def _attacked(attack: str, env: Any, seed: int) -> Any:
-    """Adversaries play `attack`; benign agents are honest."""
+def _attack_policy(attack: str, env: Any, seed: int) -> Any:
+    """A policy for the checks: adversaries play `attack`, benign agents are honest."""
     player = Player(env, {"adversary": attack})
     return lambda observations, infos: player.actions(observations)

@@ -7,26 +7,27 @@ results.difference(("false_positive", "trust"), ("false_positive", "score"), "da
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from trust_env.agents import Player, build_policy, sufficient_knowledge
+from trust_env.agents import build_policy, sufficient_knowledge
 from trust_env.batch import checked_seed
 from trust_env.defenses import build_defense
-from trust_env.metrics import METRICS, EpisodeMetrics
+from trust_env.metrics import METRICS
 from trust_env.parallel import TrustEnv
 from trust_env.scenario import Scenario, load_scenario
-from trust_env.training.console import progress as progress_bar
-from trust_env.training.evaluation.configuration import Contender, configuration, contenders
+from trust_env.training.console import Advance, progress_bar
+from trust_env.training.evaluation.configuration import NamedSpec, configuration, named_specs
+from trust_env.training.evaluation.play import play_worlds, positive_int
 from trust_env.training.evaluation.results import Cell, Results
 from trust_env.training.evaluation.run_folder import RunFolder
 from trust_env.vector import VectorEnv
 
-MOST_WORLDS = 1024  # played at a time; a world is the same in whatever batch
-Advance = Callable[[int], None]
+MAX_WORLDS = 1024  # of a batch; results do not depend on it
 
 
 def evaluate(
@@ -48,41 +49,45 @@ def evaluate(
 
     scenario: as `load_scenario` takes it; `knowledge`, `data` (the recording), `actuation` and `overrides`
     (by field, {"tracker.gate": 0.95}) change it. attacks, defenses: names, `trust(preset=cdc2024)`,
-    `my_file.py:MyDefense`, in a text with commas or in a list, in which objects will do as well. Where an
+    `my_file.py:MyDefense`, in a text with commas or in a list, which may also hold objects. Where an
     attack needs a higher knowledge level than the scenario's, all cells are played at the least that all
-    need; `Results.notes` says so. out: a new or empty folder for results.parquet and results.json, to which a
-    finished cell is added at once; `resume` continues the run in it.
+    need, and `Results.notes` says so. out: a new or empty folder for results.parquet and results.json, to
+    which a finished cell is added at once; `resume` continues the run in it.
 
-    Raises ValueError for what cannot be played, OSError for a folder that cannot be written, both at once.
+    Before anything is computed it raises ValueError for what cannot be played, OSError for a folder that
+    cannot be written.
     """
-    own = {"knowledge": knowledge, "targets.data": data, "actuation": actuation}
-    world = load_scenario(scenario, **{k: v for k, v in own.items() if v is not None}, **(overrides or {}))
-    attackers, defenders = (
-        contenders("attack", attacks, build_policy),
-        contenders("defense", defenses, build_defense),
+    options = {"knowledge": knowledge, "targets.data": data, "actuation": actuation}
+    given = {name: value for name, value in options.items() if value is not None}
+    world = load_scenario(scenario, **given, **(overrides or {}))
+    attack_specs = named_specs("attack", attacks, build_policy)
+    defense_specs = named_specs("defense", defenses, build_defense)
+    level = sufficient_knowledge(world, *(attack.construct() for attack in attack_specs))
+    run = _Evaluation(
+        load_scenario(world, knowledge=level),
+        attack_specs,
+        defense_specs,
+        positive_int("episodes", episodes),
+        checked_seed(seed),
+        None if max_cycles is None else positive_int("max_cycles", max_cycles),
+        _notes(world, level, attack_specs),
     )
-    level = sufficient_knowledge(world, *(attacker.make() for attacker in attackers))
-    notes = _notes(world, level, attackers)
-    world = load_scenario(world, knowledge=level)
-    run = _Run(
-        world, attackers, defenders, positive("episodes", episodes), checked_seed(seed), max_cycles, notes
-    )
-    run.rehearse()
+    run.play_first_frames()
     folder = None
     if out is not None:
-        settings = configuration(run.scenario, attackers, defenders, run.episodes, run.seed, run.horizon)
-        folder = RunFolder(out, settings, run.episodes * len(attackers) * len(defenders), resume)
+        settings = configuration(run.scenario, run.attacks, run.defenses, run.episodes, run.seed, run.horizon)
+        folder = RunFolder(out, settings, run.episodes * len(run.pairs()), resume)
         run.cells = {cell.key: cell for cell in folder.cells}
         folder.save(run.results())
     run.play(folder, progress)
     return run.results()
 
 
-def _notes(scenario: Scenario, level: str, attackers: list[Contender]) -> tuple[str, ...]:
-    """What the reader of the results has to know."""
+def _notes(scenario: Scenario, level: str, attacks: list[NamedSpec]) -> tuple[str, ...]:
+    """What is to be known beside the results: a raised knowledge level, the absence of adversaries."""
     notes: list[str] = []
     if level != scenario.knowledge:
-        needing = [a.name for a in attackers if sufficient_knowledge(scenario, a.make()) == level]
+        needing = [a.name for a in attacks if sufficient_knowledge(scenario, a.construct()) == level]
         notes.append(
             f"knowledge: {scenario.knowledge} in the scenario, {level} here for all cells, needed by "
             f"{', '.join(needing)} (truth and detections are the same at every level)"
@@ -92,89 +97,65 @@ def _notes(scenario: Scenario, level: str, attackers: list[Contender]) -> tuple[
     return tuple(notes)
 
 
-class _Run:
-    """The cells of one evaluation, as they get finished."""
+@dataclass
+class _Evaluation:
+    """The cells of one evaluation; `cells` are the finished ones."""
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        attackers: list[Contender],
-        defenders: list[Contender],
-        episodes: int,
-        seed: int,
-        max_cycles: int | None,
-        notes: tuple[str, ...],
-    ):
-        self.scenario, self.attackers, self.defenders = scenario, attackers, defenders
-        self.episodes, self.seed, self.max_cycles, self.notes = episodes, seed, max_cycles, notes
-        self.horizon = scenario.horizon if max_cycles is None else positive("max_cycles", max_cycles)
-        self.cells: dict[tuple[str, str], Cell] = {}
+    scenario: Scenario
+    attacks: list[NamedSpec]
+    defenses: list[NamedSpec]
+    episodes: int
+    seed: int
+    max_cycles: int | None
+    notes: tuple[str, ...]
+    cells: dict[tuple[str, str], Cell] = field(default_factory=dict)
 
-    def pairs(self) -> list[tuple[Contender, Contender]]:
-        return [(attacker, defender) for attacker in self.attackers for defender in self.defenders]
+    @property
+    def horizon(self) -> int:
+        return self.scenario.horizon if self.max_cycles is None else self.max_cycles
 
-    def rehearse(self) -> None:
-        """A frame of every attack and of every defense, so that what does not fit is refused at once."""
-        first = [(attacker, self.defenders[0]) for attacker in self.attackers]
-        for attacker, defender in first + [(self.attackers[0], defender) for defender in self.defenders[1:]]:
-            self._play_worlds(attacker, defender, np.arange(1), 1, lambda _: None)
+    def pairs(self) -> list[tuple[NamedSpec, NamedSpec]]:
+        return [(attack, defense) for attack in self.attacks for defense in self.defenses]
+
+    def play_first_frames(self) -> None:
+        """Play one frame of every attack and of every defense, so that what does not fit raises at once."""
+        attack, defense = self.attacks[0], self.defenses[0]
+        pairs = [(each, defense) for each in self.attacks] + [(attack, each) for each in self.defenses[1:]]
+        for attack, defense in pairs:
+            self._play_worlds(attack, defense, np.arange(1), 1, lambda _: None)
 
     def play(self, folder: RunFolder | None, progress: bool) -> None:
+        """Play all cells that are missing, and save each in the folder as soon as it is finished."""
         missing = [(a, d) for a, d in self.pairs() if (a.name, d.name) not in self.cells]
-        batches = -(-self.episodes // MOST_WORLDS)
-        with progress_bar("evaluate", len(missing) * batches * self.horizon, progress) as (advance, tell):
-            for attacker, defender in missing:
-                tell(f"{attacker.name} x {defender.name}")
-                self.cells[attacker.name, defender.name] = self._play_cell(attacker, defender, advance)
+        total = len(missing) * self._batches() * self.horizon
+        with progress_bar("evaluate", total, progress) as (advance, describe):
+            for attack, defense in missing:
+                describe(f"{attack.name} x {defense.name}")
+                self.cells[attack.name, defense.name] = self._play_cell(attack, defense, advance)
                 if folder is not None:
                     folder.save(self.results())
 
-    def _play_cell(self, attacker: Contender, defender: Contender, advance: Advance) -> Cell:
-        chunks = np.array_split(np.arange(self.episodes), -(-self.episodes // MOST_WORLDS))
-        found = [self._play_worlds(attacker, defender, worlds, self.horizon, advance) for worlds in chunks]
-        metrics = {name: np.concatenate([part[name] for part in found]) for name in METRICS}
-        return Cell(attacker.name, defender.name, metrics)
+    def _batches(self) -> int:
+        return -(-self.episodes // MAX_WORLDS)
+
+    def _play_cell(self, attack: NamedSpec, defense: NamedSpec, advance: Advance) -> Cell:
+        batches = np.array_split(np.arange(self.episodes), self._batches())
+        found = [self._play_worlds(attack, defense, worlds, self.horizon, advance) for worlds in batches]
+        metrics = {name: np.concatenate([batch[name] for batch in found]) for name in METRICS}
+        return Cell(attack.name, defense.name, metrics)
 
     def _play_worlds(
-        self, attacker: Contender, defender: Contender, worlds: np.ndarray, frames: int, advance: Advance
+        self, attack: NamedSpec, defense: NamedSpec, worlds: np.ndarray, frames: int, advance: Advance
     ) -> dict[str, np.ndarray]:
-        venv = VectorEnv(self.scenario, defender.make(), len(worlds), self.max_cycles, autoreset=False)
+        venv = VectorEnv(self.scenario, defense.construct(), len(worlds), self.max_cycles, autoreset=False)
         try:
-            return play_worlds(venv, {"adversary": attacker.make()}, worlds, self.seed, frames, advance)
+            return play_worlds(venv, {"adversary": attack.construct()}, worlds, self.seed, frames, advance)
         finally:
             venv.close()
 
     def results(self) -> Results:
         """The cells finished so far, in the order asked for."""
-        keys = [(attacker.name, defender.name) for attacker, defender in self.pairs()]
+        keys = [(attack.name, defense.name) for attack, defense in self.pairs()]
         cells = tuple(self.cells[key] for key in keys if key in self.cells)
         version = TrustEnv.metadata["name"]
         return Results(self.scenario.name, self.seed, self.episodes, version, cells, self.notes)
-
-
-def play_worlds(
-    venv: VectorEnv,
-    policies: Mapping[str, Any],
-    worlds: np.ndarray,
-    seed: int,
-    frames: int,
-    advance: Advance = lambda _: None,
-) -> dict[str, np.ndarray]:
-    """The metrics of episode 0 of the given worlds[venv.num_worlds] of a seed, float64[len(worlds)] each.
-
-    policies: by role or agent, as a `Player` takes them.
-    """
-    player, metrics = Player(venv, policies), EpisodeMetrics(venv)
-    observations, _ = venv.reset(seed, options={"worlds": worlds, "episodes": np.zeros_like(worlds)})
-    for _ in range(frames):
-        observations, _, _, _, info = venv.step(player.actions(observations))
-        metrics.update(info)
-        advance(1)
-    return metrics.result()
-
-
-def positive(name: str, value: Any) -> int:
-    """The value as an int; ValueError if it is not a whole number of at least 1."""
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
-        raise ValueError(f"{name} must be a whole number of at least 1; got {value!r}")
-    return int(value)

@@ -1,8 +1,7 @@
-"""What an evaluation found: cells of attack and defense, their episodes, and what to say of them."""
+"""The results of an evaluation: a cell for every attack and defense, with the metrics of every episode."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -60,7 +59,7 @@ class Results:
         raise unknown_name("cell", " x ".join(key), (" x ".join(cell.key) for cell in self.cells))
 
     def difference(self, cell_a: Key | Cell, cell_b: Key | Cell, metric: str) -> Interval | None:
-        """How much higher a metric is in cell a than in cell b, by paired bootstrap; None: undefined."""
+        """How much higher a metric is in cell a than in cell b, by paired episodes; None: undefined."""
         if metric not in METRICS:
             raise unknown_name("metric", metric, METRICS)
         a, b = (cell if isinstance(cell, Cell) else self[cell] for cell in (cell_a, cell_b))
@@ -115,12 +114,3 @@ def cells_of(table: pa.Table) -> list[Cell]:
 
 def _floats(column: Any) -> np.ndarray:
     return np.asarray(column.to_numpy(zero_copy_only=False), dtype=np.float64)
-
-
-def checked_metrics(names: Iterable[str]) -> list[str]:
-    """The names as given; ValueError for one that is no metric."""
-    names = list(names)
-    for name in names:
-        if name not in METRICS:
-            raise unknown_name("metric", name, METRICS)
-    return names

@@ -26,14 +26,14 @@ def interquartile_mean(values: np.ndarray, axis: int = -1) -> np.ndarray:
 
 
 def interval(values: np.ndarray, seed: int = 0) -> Interval | None:
-    """Of the episodes in which a metric is defined (not NaN); None when there are none."""
+    """The interquartile mean of a metric over the episodes that define it (not NaN); None: none does."""
     return _bootstrapped((values[~np.isnan(values)],), seed)
 
 
 def paired_difference(a: np.ndarray, b: np.ndarray, seed: int = 0) -> Interval | None:
     """IQM(a) - IQM(b) of episodes of the same seed: pairs are drawn, so that what they share cancels.
 
-    Episodes in which either is undefined do not count; None when none remains.
+    Episodes in which either is undefined are ignored; None when none remains.
     """
     both = ~(np.isnan(a) | np.isnan(b))
     return _bootstrapped((a[both], b[both]), seed)
@@ -44,18 +44,18 @@ def relative_difference(a: np.ndarray, b: np.ndarray, seed: int = 0) -> Interval
     both = ~(np.isnan(a) | np.isnan(b))
     if not both.any() or interquartile_mean(b[both]) <= 0.0:
         return None
-    return _bootstrapped((a[both], b[both]), seed, _excess)
+    return _bootstrapped((a[both], b[both]), seed, _relative_difference)
 
 
 def _bootstrapped(
     samples: tuple[np.ndarray, ...], seed: int, statistic: Callable[..., np.ndarray] | None = None
 ) -> Interval | None:
-    """Percentile bootstrap; by default of the first sample's IQM, less that of the second if there is one."""
-    n, statistic = len(samples[0]), statistic or _statistic
+    """The value of a statistic (by default `_difference`) with its percentile bootstrap interval."""
+    n, statistic = len(samples[0]), statistic or _difference
     if n == 0:
         return None
     value = float(statistic(*samples))
-    if n == 1:  # nothing to draw from
+    if n == 1:  # nothing to resample
         return Interval(value, value, value)
     found = bootstrap(
         samples, statistic, paired=True, vectorized=True, confidence_level=CONFIDENCE, method="percentile",
@@ -64,11 +64,12 @@ def _bootstrapped(
     return Interval(value, float(found.low), float(found.high))
 
 
-def _statistic(*samples: np.ndarray, axis: int = -1) -> np.ndarray:
+def _difference(*samples: np.ndarray, axis: int = -1) -> np.ndarray:
+    """IQM of the first sample, less that of the second if there is one."""
     means = [interquartile_mean(sample, axis) for sample in samples]
     return means[0] - means[1] if len(means) > 1 else means[0]
 
 
-def _excess(a: np.ndarray, b: np.ndarray, axis: int = -1) -> np.ndarray:
-    less = interquartile_mean(b, axis)
-    return (interquartile_mean(a, axis) - less) / np.maximum(less, np.finfo(float).tiny)
+def _relative_difference(a: np.ndarray, b: np.ndarray, axis: int = -1) -> np.ndarray:
+    base = interquartile_mean(b, axis)
+    return (interquartile_mean(a, axis) - base) / np.maximum(base, np.finfo(float).tiny)

@@ -1,4 +1,4 @@
-"""Results on the screen."""
+"""The results of an evaluation as tables in a terminal."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from trust_env.training.console import number
+from trust_env.errors import unknown_name
+from trust_env.metrics import METRICS
+from trust_env.training.console import format_number
 from trust_env.training.evaluation.results import Results
 from trust_env.training.evaluation.statistics import Interval
 
-HEADLINES = (
+DEFAULT_METRICS: tuple[str, ...] = (
     "damage_per_frame",
     "injected_tracks_per_frame",
     "missing_fraction",
@@ -22,7 +24,18 @@ HEADLINES = (
     "false_accusation_rate",
     "detection_delay",
 )
-_MOST_NAME, _METRIC, _FRAME = 30, 11, 3  # widths
+_NAME_WIDTH, _METRIC_WIDTH, _BORDER_WIDTH = 30, 11, 3  # of names at most
+
+
+def chosen_metrics(text: str | None) -> list[str]:
+    """The metrics named in a text with commas; every metric for "all", the default ones for None."""
+    if text == "all":
+        return list(METRICS)
+    names = list(DEFAULT_METRICS) if text is None else text.split(",")
+    for name in names:
+        if name not in METRICS:
+            raise unknown_name("metric", name, METRICS)
+    return names
 
 
 def print_results(results: Results, metrics: Sequence[str], console: Console) -> None:
@@ -38,10 +51,11 @@ def print_results(results: Results, metrics: Sequence[str], console: Console) ->
 
 
 def result_tables(results: Results, metrics: Sequence[str], width: int) -> Iterator[Table]:
-    """Rows: cells; columns: metrics."""
+    """Tables with a row for every cell and a column for every metric, as many as the width needs."""
     names = [("attack", *(c.attack for c in results.cells)), ("defense", *(c.defense for c in results.cells))]
-    widths = [min(_MOST_NAME, max(map(len, column))) for column in names]
-    fitting = max(1, (width - 1 - sum(widths) - 2 * _FRAME) // (_METRIC + _FRAME))
+    widths = [min(_NAME_WIDTH, max(map(len, column))) for column in names]
+    room = width - 1 - sum(widths) - 2 * _BORDER_WIDTH
+    fitting = max(1, room // (_METRIC_WIDTH + _BORDER_WIDTH))
     for first in range(0, len(metrics), fitting):
         shown = metrics[first : first + fitting]
         table = Table("attack", "defense", *[name.replace("_", " ") for name in shown])
@@ -61,5 +75,5 @@ def result_tables(results: Results, metrics: Sequence[str], width: int) -> Itera
 def _entry(interval: Interval | None) -> Text:
     if interval is None:
         return Text("–")
-    text = Text(number(interval.iqm))
-    return text.append(f"\n{number(interval.low)}–{number(interval.high)}", style="dim")
+    text = Text(format_number(interval.iqm))
+    return text.append(f"\n{format_number(interval.low)}–{format_number(interval.high)}", style="dim")

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from trust_env.training.evaluation.run_folder import UNFINISHED, replace_file
+from trust_env.files import remove_unfinished, write_atomically
 
 KEPT = 2  # checkpoints of a run
 _TREE = "tree.json"
@@ -36,11 +36,10 @@ class Checkpoints:
     def save(self, steps: int, tree: Any) -> None:
         """Write a checkpoint, then remove those before the last two. OSError: all others stay."""
         self.folder.mkdir(exist_ok=True)
-        replace_file(self.folder / f"{steps:012d}.zip", lambda file: write_tree(file, tree))
+        write_atomically(self.folder / f"{steps:012d}.zip", lambda file: write_tree(file, tree))
         for old in self.files()[KEPT:]:
             old.unlink()
-        for unfinished in self.folder.glob(f"*{UNFINISHED}"):
-            unfinished.unlink()
+        remove_unfinished(self.folder)
 
     def load(self, tell: Callable[[str], None]) -> Any | None:
         """The tree of the last checkpoint that can be read; None if there are no checkpoints.

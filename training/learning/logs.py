@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from stable_baselines3.common.logger import KVWriter, Logger, TensorBoardOutputFormat
 
+from trust_env.files import sync
 from trust_env.metrics import METRICS
-from trust_env.training.evaluation.run_folder import sync
 
 PROGRESS, EVALUATIONS, TENSORBOARD = "progress.csv", "evaluations.csv", "tensorboard"
 PROGRESS_COLUMNS = (

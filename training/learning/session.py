@@ -12,7 +12,7 @@ from trust_env.agents.learned.policy import Learned
 from trust_env.agents.wrappers import DEFAULT_WRAPPER
 from trust_env.metrics import METRICS
 from trust_env.scenario import Scenario
-from trust_env.training.evaluation.evaluate import play_worlds
+from trust_env.training.evaluation.play import play_worlds
 from trust_env.training.learning.configuration import Configuration
 from trust_env.training.learning.export import export_policy
 from trust_env.training.learning.learners import Learners

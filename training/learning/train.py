@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trust_env.scenario import load_scenario
-from trust_env.training.console import progress as progress_bar
+from trust_env.training.console import progress_bar
 from trust_env.training.learning.configuration import load_configuration
 from trust_env.training.learning.signals import stop_on_signals
 

@@ -23,10 +23,10 @@ from typing import Any
 
 import trust_env
 from trust_env.agents import parse_policy
+from trust_env.files import folder_contents, remove_unfinished, require_empty, write_atomically
 from trust_env.scenario import Scenario, load_scenario
 from trust_env.spec import parse
 from trust_env.training.evaluation.configuration import digest, files_of
-from trust_env.training.evaluation.run_folder import UNFINISHED, replace_file
 from trust_env.training.learning.checkpoint import Checkpoints
 from trust_env.training.learning.configuration import Configuration, load_configuration
 
@@ -62,22 +62,13 @@ class TrainingFolder:
         return folder
 
     def _require_empty(self) -> None:
-        if self.path.exists() and not self.path.is_dir():
-            raise ValueError(f"{self.path}: expected a folder for the run, this is a file")
-        self.path.mkdir(parents=True, exist_ok=True)
-        found = sorted(p.name for p in self.path.iterdir())
-        if CONFIG in found:
+        if CONFIG in folder_contents(self.path):
             raise ValueError(
                 f"{self.path}: there is a training run in this folder, and nothing is overwritten; "
                 f"expected a new or empty folder, or --resume {self.path} to continue the run"
             )
-        begun = {SCENARIO, RUN, _LOCK}  # of a run that died while it began
-        others = [name for name in found if name not in begun and not name.endswith(UNFINISHED)]
-        if others:
-            raise ValueError(
-                f"{self.path}: the folder is not empty (it holds {others[0]}) and nothing is overwritten; "
-                f"expected a new or empty folder"
-            )
+        # What is ignored is left behind by a run that died while it began.
+        require_empty(self.path, ignored={SCENARIO, RUN, _LOCK})
 
     def configuration(self) -> Configuration:
         return load_configuration(self.path / CONFIG)
@@ -87,6 +78,7 @@ class TrainingFolder:
 
     def begin(self, config: Configuration, scenario: Scenario) -> None:
         """Record that a session begins. ValueError: a file of the user's has changed."""
+        remove_unfinished(self.path)
         found = json.loads((self.path / RUN).read_text(encoding="utf-8"))
         here = _digests(config, scenario)
         for file, before in found["files"].items():
@@ -100,7 +92,7 @@ class TrainingFolder:
         self._write(RUN, json.dumps({"files": files, "sessions": sessions}, indent=2) + "\n")
 
     def _write(self, name: str, text: str) -> None:
-        replace_file(self.path / name, lambda file: file.write_text(text, encoding="utf-8"))
+        write_atomically(self.path / name, lambda file: file.write_text(text, encoding="utf-8"))
 
     @contextlib.contextmanager
     def alone(self) -> Iterator[None]:

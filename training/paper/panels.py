@@ -47,7 +47,7 @@ def simulated_panel(key: PanelKey, variant: str, seeds: int) -> Panel:
     case, trusted = key
     venv = VectorEnv(case, _defense(variant, trusted), seeds, autoreset=False)
     player = Player(venv, {"adversary": "false_positive"})
-    places = np.array([thing.position for thing in objects(case)])
+    places = np.array([obj.position for obj in objects(case)])
     tracks, agents = [], []
     observations, _ = venv.reset(seed=0)
     for _ in range(venv.max_cycles):
@@ -78,7 +78,7 @@ def _trust_at(venv: VectorEnv, places: np.ndarray) -> np.ndarray:
 
 
 def estimator_deviation(variant: str) -> float:
-    """Fed with the authors' own evidence: the largest difference of any final α or β from theirs."""
+    """The largest difference of any final α or β from the authors', given their own evidence."""
     differences = [np.abs(replayed_beliefs(key, variant) - final_beliefs(key)).max() for key in panel_keys()]
     return float(max(differences))
 

@@ -16,8 +16,8 @@ PanelKey = tuple[str, bool]  # case, whether agent 1 has the strong prior
 
 
 @dataclass(frozen=True)
-class Object:
-    """What a track is of: a target or a false positive, and who sees it."""
+class TrackedObject:
+    """A target or a false positive: what a track of the paper's cases is of, and who sees it."""
 
     kind: str  # "true" | "fp"
     position: tuple[float, float]  # m
@@ -25,13 +25,13 @@ class Object:
     detected_by: tuple[int, ...]
 
     @property
-    def lone(self) -> bool:
-        """One agent sees the place, so nobody can agree or disagree."""
+    def seen_by_one(self) -> bool:
+        """Whether one agent alone sees the place, so that nobody can agree or disagree."""
         return len(self.in_fov_of) == 1
 
     @property
     def even_split(self) -> bool:
-        """As many agents report it as do not."""
+        """Whether as many agents report it as do not."""
         return 2 * len(self.detected_by) == len(self.in_fov_of)
 
     @property
@@ -49,8 +49,8 @@ class Panel:
     agents: np.ndarray
 
     @property
-    def ends(self) -> np.ndarray:
-        """Where tracks and then agents end, [J + K]."""
+    def final_trust(self) -> np.ndarray:
+        """Trust in tracks and then agents in the last frame, [J + K]."""
         return np.concatenate([self.tracks[:, -1], self.agents[:, -1]])
 
 
@@ -68,10 +68,10 @@ def panel_keys() -> tuple[PanelKey, ...]:
     return tuple((p["case"], bool(p["trusted"])) for p in _published()["panels"])
 
 
-def objects(case: str) -> tuple[Object, ...]:
+def objects(case: str) -> tuple[TrackedObject, ...]:
     """The objects of a case, in the order of the tracks of its panels."""
     return tuple(
-        Object(t["kind"], tuple(t["position"]), tuple(t["in_fov_of"]), tuple(t["detected_by"]))
+        TrackedObject(t["kind"], tuple(t["position"]), tuple(t["in_fov_of"]), tuple(t["detected_by"]))
         for t in _panel_data((case, False))["tracks"]
     )
 
@@ -94,8 +94,8 @@ def final_beliefs(key: PanelKey) -> np.ndarray:
 
 
 def evidence(key: PanelKey) -> list[dict[str, Any]]:
-    """What the authors' tracker told their estimator, as `trust_env.replay_evidence` takes it."""
-    tracks, out = _panel_data(key)["tracks"], []
+    """What the authors' tracker gave their estimator, as `trust_env.replay_evidence` takes it."""
+    tracks, frames = _panel_data(key)["tracks"], []
     for frame in range(_published()["frames"]):
         ids = [i for i, track in enumerate(tracks) if track["first_frame"] <= frame]
         expected, detected = (
@@ -104,5 +104,5 @@ def evidence(key: PanelKey) -> list[dict[str, Any]]:
             )
             for name in ("in_fov_of", "detected_by")
         )
-        out.append({"track_id": ids, "expected": expected, "detected": detected, "held": detected})
-    return out
+        frames.append({"track_id": ids, "expected": expected, "detected": detected, "held": detected})
+    return frames

@@ -15,7 +15,8 @@ import numpy as np
 from rich.console import Console
 from rich.text import Text
 
-from trust_env.training.console import progress as progress_bar
+from trust_env.training.console import progress_bar
+from trust_env.training.evaluation.play import positive_int
 from trust_env.training.paper import tables
 from trust_env.training.paper.panels import VARIANTS, estimator_deviation, simulated_panels
 from trust_env.training.paper.published import Panel, PanelKey, panel_keys, published_panels
@@ -48,7 +49,7 @@ DIFFERENCES = (
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """What was reproduced.
+    """Theorem 1, the trust panels and the verdicts on the paper's claims.
 
     panels     by source ("published", "cdc2024", "paper", "paper*") and then by case and prior
     estimator  by source: on the authors' own evidence, the largest difference of a final α or β from theirs
@@ -65,7 +66,7 @@ class Report:
     def ok(self) -> bool:
         """Theory and simulation agree, `cdc2024` gives the published panels, claims come out as known."""
         panels = self.deviation <= TOLERANCE and self.estimator["cdc2024"] <= EXACT
-        return panels and all(row.ok for row in self.theorem) and all(v.as_known for v in self.verdicts)
+        return panels and all(row.ok for row in self.theorem) and all(v.as_expected for v in self.verdicts)
 
     @property
     def deviation(self) -> float:
@@ -73,16 +74,17 @@ class Report:
         return max(self._deviation(key) for key in panel_keys())
 
     def _deviation(self, key: PanelKey) -> float:
-        return float(np.abs(self.panels["cdc2024"][key].ends - self.panels["published"][key].ends).max())
+        ours, published = (self.panels[source][key].final_trust for source in ("cdc2024", "published"))
+        return float(np.abs(ours - published).max())
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values only, ready for JSON; null for a frame that never comes."""
         return {
             "ok": self.ok,
             "seeds": self.seeds,
-            "theorem": [_plain(asdict(row) | {"ok": row.ok}) for row in self.theorem],
+            "theorem": [_without_infinities(asdict(row) | {"ok": row.ok}) for row in self.theorem],
             "panels": [self._panel_dict(key) for key in panel_keys()],
-            **_plain({"deviation": self.deviation}),
+            **_without_infinities({"deviation": self.deviation}),
             "tolerance": TOLERANCE,
             "deviation_on_the_authors_evidence": self.estimator,
             "verdicts": [verdict.to_dict() for verdict in self.verdicts],
@@ -91,14 +93,14 @@ class Report:
         }
 
     def _panel_dict(self, key: PanelKey) -> dict[str, Any]:
-        """A panel: where its curves end, by source."""
-        ends = [panels[key].ends.tolist() for panels in self.panels.values()]
+        """The final trust of every curve of a panel, by source."""
+        final = [panels[key].final_trust.tolist() for panels in self.panels.values()]
         curves = [
-            {"trust_in": name} | _plain(dict(zip(self.panels, values)))
-            for name, *values in zip(tables.curve_names(key[0]), *ends, strict=True)
+            {"trust_in": name} | _without_infinities(dict(zip(self.panels, values)))
+            for name, *values in zip(tables.curve_names(key[0]), *final, strict=True)
         ]
         about = {"case": key[0], "agent_1_trusted": key[1], "deviation": self._deviation(key)}
-        return _plain(about) | {"final": curves}
+        return _without_infinities(about) | {"final": curves}
 
     def print(self, console: Console) -> None:
         """Tables, and what stands behind the numbers that differ."""
@@ -124,19 +126,18 @@ def reproduce(out: str | Path | None = None, seeds: int = 64, progress: bool = T
     seeds: worlds whose mean makes a panel, and worlds for every attack in a cell of Theorem 1's table.
     Raises ImportError, naming the extra, before anything is computed, for figures without matplotlib.
     """
-    if isinstance(seeds, bool) or not isinstance(seeds, int) or seeds < 1:
-        raise ValueError(f"seeds must be a whole number of at least 1; got {seeds!r}")
+    positive_int("seeds", seeds)
     if out is not None:
         from trust_env.training.paper.figures import require_matplotlib
 
         require_matplotlib()
     panels = {"published": published_panels()}
     total = len(list(theorem_cells())) + len(VARIANTS) * len(panel_keys())
-    with progress_bar("reproduce", total, progress) as (advance, tell):
-        tell("Theorem 1")
+    with progress_bar("reproduce", total, progress) as (advance, describe):
+        describe("Theorem 1")
         rows = theorem_rows(seeds, advance)
         for variant in VARIANTS:
-            tell(f"trust panels, {variant}")
+            describe(f"trust panels, {variant}")
             panels[variant] = simulated_panels(variant, seeds, advance)
     estimator = {variant: estimator_deviation(variant) for variant in VARIANTS}
     verdicts = [*theory_verdicts(rows), *trust_verdicts(panels)]
@@ -153,5 +154,6 @@ def _figures(
     return write_figures(Path(out).expanduser(), rows, panels)
 
 
-def _plain(row: dict[str, Any]) -> dict[str, Any]:
+def _without_infinities(row: dict[str, Any]) -> dict[str, Any]:
+    """The row with None for what is infinite or undefined, as JSON has no such numbers."""
     return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}

@@ -1,4 +1,4 @@
-"""What `reproduce` found, on the screen."""
+"""What `reproduce` found, as tables in a terminal."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def theorem_table(rows: Sequence[TheoremRow]) -> Table:
 
 
 def panel_table(panels: Mapping[str, Mapping[PanelKey, Panel]]) -> Table:
-    """Where every curve of the eight panels ends."""
+    """The final trust of every curve of the eight panels."""
     caption = "published: the authors' own code; cdc2024, paper: our whole environment, with its own tracker"
     table = Table(title="Trust after 20 frames", caption=caption)
     table.add_column("case")
@@ -45,7 +45,7 @@ def panel_table(panels: Mapping[str, Mapping[PanelKey, Panel]]) -> Table:
     for name in SHOWN:
         table.add_column(name, justify="right")
     for key in panel_keys():
-        rows = zip(curve_names(key[0]), *(panels[source][key].ends for source in SHOWN), strict=True)
+        rows = zip(curve_names(key[0]), *(panels[source][key].final_trust for source in SHOWN), strict=True)
         label = f"{key[0]}, {'prior on 1' if key[1] else 'no prior'}"
         for name, *values in rows:
             table.add_row(label, name, *(f"{value:.3f}" for value in values))
@@ -56,7 +56,7 @@ def panel_table(panels: Mapping[str, Mapping[PanelKey, Panel]]) -> Table:
 
 def curve_names(case: str) -> list[str]:
     """Of the tracks and then the agents of a case."""
-    return [thing.name for thing in objects(case)] + [f"agent {k}" for k in range(N_AGENTS)]
+    return [obj.name for obj in objects(case)] + [f"agent {k}" for k in range(N_AGENTS)]
 
 
 def verdict_table(verdicts: Sequence[Verdict]) -> Table:
@@ -70,7 +70,7 @@ def verdict_table(verdicts: Sequence[Verdict]) -> Table:
         if key != above:
             table.add_section()
         section, claim = key if key != above else ("", "")
-        mark = _mark(verdict.holds, "holds", "does not hold", unexpected=not verdict.as_known)
+        mark = _mark(verdict.holds, "holds", "does not hold", unexpected=not verdict.as_expected)
         numbers = Text(verdict.numbers)
         if verdict.note:
             numbers.append(f" ({verdict.note})", style="dim")

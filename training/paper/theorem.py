@@ -16,14 +16,14 @@ from trust_env.vector import VectorEnv
 from trust_env.world.tracking.score import CONFIRMED
 
 N_ADVERSARIES, N_BENIGN, ORDERS = (1, 2, 3), tuple(range(7)), ("first", "last")
-OPTIMAL = "optimal_false_positive"
-OTHERS = (
+OPTIMAL_ATTACK = "optimal_false_positive"
+OTHER_ATTACKS = (
     "random",
     "false_positive",
     "false_positive(motion=random_walk)",
     "optimal_false_positive(hit_rate=0.9)",
 )
-OTHERS_FRAMES = 24  # beyond the last finite frame of the table
+OTHER_ATTACK_FRAMES = 24  # beyond the last finite frame of the table
 
 
 @dataclass(frozen=True)
@@ -86,15 +86,16 @@ def theorem_row(n_adversaries: int, n_benign: int, order: str, seeds: int) -> Th
     change = theory.max_score_change(
         n_adversaries, n_benign, p_detect=belief["p_detect"], beta_fp=belief["beta_fp"]
     )
-    simulated, gain = first_confirmed(scenario, OPTIMAL, 2, scenario.horizon)
-    others = {policy: first_confirmed(scenario, policy, seeds, OTHERS_FRAMES) for policy in OTHERS}
+    simulated, gain = first_confirmed(scenario, OPTIMAL_ATTACK, 2, scenario.horizon)
+    frames = OTHER_ATTACK_FRAMES
+    others = {policy: first_confirmed(scenario, policy, seeds, frames) for policy in OTHER_ATTACKS}
     earliest = min(others, key=lambda policy: others[policy][0])
     return TheoremRow(
         n_adversaries,
         n_benign,
         order,
         theorem=theory.frames_to_confirm(n_adversaries, n_benign, **belief),
-        bound=_ceil(theory.sequential_frames_to_confirm(n_adversaries, n_benign, **belief)),
+        bound=ceil_frames(theory.sequential_frames_to_confirm(n_adversaries, n_benign, **belief)),
         recursion=theory.score_optimal_frames(scenario.roles, **belief, **filtering),
         simulated=simulated,
         earliest_other=others[earliest][0],
@@ -134,5 +135,6 @@ def first_confirmed(scenario: Scenario, policy: str, worlds: int, frames: int) -
     return first, gain
 
 
-def _ceil(frames: float) -> float:
+def ceil_frames(frames: float) -> float:
+    """The first whole frame that is not before `frames`; infinity stays."""
     return float(math.ceil(frames)) if math.isfinite(frames) else math.inf

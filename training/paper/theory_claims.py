@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from trust_env import theory
-from trust_env.training.paper.theorem import TheoremRow
+from trust_env.training.paper.theorem import TheoremRow, ceil_frames
 from trust_env.training.paper.verdicts import Verdict
 
 FIGURE = {(1, 1): 3.07, (1, 3): 6.00}
@@ -68,7 +68,7 @@ def _figure(claim: str, drawn: dict[str, Any], expected: bool) -> Verdict:
 
 
 def _printed_bound(rows: Sequence[TheoremRow]) -> Verdict:
-    early = [row for row in rows if row.simulated < _ceil(row.theorem)]
+    early = [row for row in rows if row.simulated < ceil_frames(row.theorem)]
     worst = max(early, key=lambda row: row.theorem - row.simulated, default=None)
     numbers = "in all cases" if worst is None else (
         f"{len(early)} of {len(rows)} cells confirm earlier, as K_a = {worst.n_adversaries}, "
@@ -110,7 +110,3 @@ def _few_adversaries(rows: Sequence[TheoremRow]) -> Verdict:
         alone >= 1 and math.isfinite(two),
         f"one adversary prevails over {alone} honest agents, two over {most} within {two:.0f} frames",
     )
-
-
-def _ceil(frames: float) -> float:
-    return float(math.ceil(frames)) if math.isfinite(frames) else math.inf

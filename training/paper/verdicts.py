@@ -1,4 +1,4 @@
-"""A claim of the paper, and what was found of it."""
+"""The verdict on a claim of the paper."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Verdict:
     note: str = ""
 
     @property
-    def as_known(self) -> bool:
+    def as_expected(self) -> bool:
         return self.holds == self.expected
 
     def to_dict(self) -> dict[str, Any]:

@@ -9,19 +9,15 @@ from __future__ import annotations
 import os
 import platform
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any
 
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
-
 import trust_env
-from trust_env.training.console import number
-from trust_env.training.console import progress as progress_bar
-from trust_env.training.speed import learning, peers, startup, subjects
+from trust_env.training.console import progress_bar
+from trust_env.training.speed import peers, startup, stone_soup, subjects, training_step
+from trust_env.training.speed.missing import MissingPeer
 from trust_env.training.speed.stopwatch import Run, Spread, measure, ratio
+from trust_env.training.speed.timings import FrameLoad, Ratio, Timings
 from trust_env.vector import VectorEnv
 
 MPE2, FACE = "mpe2 simple_spread_v3, 3 agents", "case1, PettingZoo face"
@@ -42,94 +38,15 @@ WANTED: dict[tuple[str, str], tuple[float | None, float | None]] = {
 """Ratios, ours to peer: what is wanted at least, and what is aimed at."""
 
 
-@dataclass(frozen=True)
-class Ratio:
-    """How many times as fast ours is as a peer, over the repetitions."""
-
-    ours: str
-    peer: str
-    times: Spread
-    wanted: float | None
-    aim: float | None
-
-    @property
-    def met(self) -> bool | None:
-        """None where nothing is wanted."""
-        return None if self.wanted is None else self.times.median >= self.wanted
-
-    def to_dict(self) -> dict[str, Any]:
-        numbers = {"times": self.times.to_dict(), "wanted": self.wanted, "aim": self.aim, "met": self.met}
-        return {"ours": self.ours, "peer": self.peer} | numbers
-
-
-@dataclass(frozen=True)
-class Load:
-    """What a frame holds: detections of all agents, central tracks; and ns per pair of them on one thread."""
-
-    scenario: str
-    detections: float
-    tracks: float
-    ns_per_pair: float
-
-    def to_dict(self) -> dict[str, Any]:
-        return {**self.__dict__, "pairs": self.detections * self.tracks}
-
-
-@dataclass(frozen=True)
-class Timings:
-    """rates: frames per second of everything timed; skipped: by name, what could not be timed and why."""
-
-    quick: bool
-    machine: dict[str, Any]
-    rates: dict[str, Spread]
-    ratios: list[Ratio]
-    loads: list[Load]
-    startup: dict[str, Any]
-    skipped: dict[str, str]
-
-    @property
-    def ok(self) -> bool:
-        """Every measured ratio is at least what is wanted, and `import trust_env` stays light."""
-        return all(r.met is not False for r in self.ratios) and not self.startup["import"]["brings_in"]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values only, ready for JSON."""
-        return {
-            "ok": self.ok,
-            "quick": self.quick,
-            "machine": self.machine,
-            "frames_per_second": {name: rate.to_dict() for name, rate in self.rates.items()},
-            "ratios": [each.to_dict() for each in self.ratios],
-            "loads": [load.to_dict() for load in self.loads],
-            "startup": self.startup,
-            "skipped": self.skipped,
-        }
-
-    def print(self, console: Console) -> None:
-        console.print(_rate_table(self))
-        console.print(_ratio_table(self.ratios))
-        console.print(_load_table(self.loads))
-        seconds, brought = self.startup["import"]["seconds"]["median"], self.startup["import"]["brings_in"]
-        light = f"brings in {', '.join(brought)}" if brought else f"none of {', '.join(startup.HEAVY)}"
-        console.print(f"import trust_env: {seconds:.2f} s, {light}", markup=False)
-        if "compiling_seconds" in self.startup:
-            compiled, cached = self.startup["compiling_seconds"], self.startup["from_cache_seconds"]
-            console.print(
-                f"first frame: {compiled:.1f} s compiling, {cached:.1f} s from the cache", markup=False
-            )
-        for name, reason in self.skipped.items():
-            console.print(f"skipped: {name}: {reason}", markup=False)
-
-
 def benchmark(quick: bool = False, progress: bool = True, seconds: float | None = None) -> Timings:
     """Time everything by turns. quick: shorter turns, and no compiling; seconds: length of a turn instead."""
     repetitions, turn = (3, 0.1) if quick else (9, 0.4)
     timed, crowded, skipped = _subjects()
     total = (repetitions + 1) * len(timed) + 2
-    with progress_bar("benchmark", total, progress) as (advance, tell):
-        tell("benchmark: by turns")
+    with progress_bar("benchmark", total, progress) as (advance, describe):
+        describe("benchmark: by turns")
         rates = measure(timed, repetitions, turn if seconds is None else seconds, advance)
-        tell("benchmark: start-up")
+        describe("benchmark: start-up")
         starting: dict[str, Any] = {"import": startup.import_time(repetitions)}
         advance(1)
         if quick:
@@ -158,9 +75,9 @@ def _subjects() -> tuple[dict[str, Run], dict[str, VectorEnv], dict[str, str]]:
         BATCH: lambda: subjects.vector_subject(batch),
         NUMPY: lambda: peers.oracle_subject(recorded),
         CENTRE: lambda: subjects.centre_subject(recorded),
-        STONESOUP: lambda: peers.stonesoup_subject(recorded),
-        ZERO_COST: learning.zero_cost_subject,
-        TRAIN: learning.train_subject,
+        STONESOUP: lambda: stone_soup.stonesoup_subject(recorded),
+        ZERO_COST: training_step.zero_cost_subject,
+        TRAIN: training_step.train_subject,
     } | {
         _crowded_name(name): (lambda venv=venv: subjects.vector_subject(venv))
         for name, venv in crowded.items()
@@ -169,7 +86,7 @@ def _subjects() -> tuple[dict[str, Run], dict[str, VectorEnv], dict[str, str]]:
     for name, make in makers.items():
         try:
             timed[name] = make()
-        except peers.Missing as reason:
+        except MissingPeer as reason:
             skipped[name] = f"needs {reason}"
     return timed, crowded, skipped
 
@@ -178,12 +95,12 @@ def _crowded_name(scenario: str) -> str:
     return f"{scenario}, {CROWDED_WORLDS} worlds, one thread"
 
 
-def _load(venv: VectorEnv, rates: Sequence[float]) -> Load:
-    """Counted in the worlds as the timing left them."""
+def _load(venv: VectorEnv, rates: Sequence[float]) -> FrameLoad:
+    """The load of a frame, counted in the worlds as the timing left them."""
     detections = float(venv.arrays.report_count.sum(axis=1).mean())
     tracks = float((venv.arrays.track_status > 0).sum(axis=1).mean())
     rate = Spread.of(rates).median
-    return Load(venv.scenario.name, detections, tracks, 1e9 / (rate * max(detections * tracks, 1.0)))
+    return FrameLoad(venv.scenario.name, detections, tracks, 1e9 / (rate * max(detections * tracks, 1.0)))
 
 
 def _machine() -> dict[str, Any]:
@@ -196,38 +113,3 @@ def _machine() -> dict[str, Any]:
         "python": platform.python_version(),
         **{name: version(name) for name in packages},
     }
-
-
-# --- on the screen -------------------------------------------------------------------------------------
-
-
-def _rate_table(timings: Timings) -> Table:
-    table = Table("timed by turns", title=f"Frames per second, {timings.machine['processors']} processors")
-    for name in ("median", "least", "greatest"):
-        table.add_column(name, justify="right")
-    for name, rate in timings.rates.items():
-        table.add_row(name, *(f"{value:,.0f}" for value in (rate.median, rate.low, rate.high)))
-    return table
-
-
-def _ratio_table(ratios: Sequence[Ratio]) -> Table:
-    table = Table("ours", "peer", title="How many times as fast, in the same run")
-    for name in ("median", "least to greatest", "wanted", "aim"):
-        table.add_column(name, justify="right")
-    for each in ratios:
-        style = {True: "green", False: "bold red", None: ""}[each.met]
-        wanted, aim = ("–" if value is None else f"{value:g}" for value in (each.wanted, each.aim))
-        spread = f"{number(each.times.low)} to {number(each.times.high)}"
-        table.add_row(each.ours, each.peer, Text(number(each.times.median), style=style), spread, wanted, aim)
-    return table
-
-
-def _load_table(loads: Sequence[Load]) -> Table:
-    table = Table("scenario", title="What a frame holds, and what it costs on one thread")
-    for name in ("detections", "central tracks", "pairs", "ns per pair"):
-        table.add_column(name, justify="right")
-    for load in loads:
-        pairs = load.detections * load.tracks
-        values = (load.detections, load.tracks, pairs, load.ns_per_pair)
-        table.add_row(load.scenario, *(number(value) for value in values))
-    return table

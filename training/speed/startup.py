@@ -35,7 +35,7 @@ print(json.dumps({"seconds": time.perf_counter() - start}))
 
 def import_time(repetitions: int) -> dict[str, Any]:
     """Seconds of `import trust_env`, and which of the heavy modules it brings in."""
-    found = [_python(_IMPORT % (HEAVY,)) for _ in range(repetitions)]
+    found = [_run_python(_IMPORT % (HEAVY,)) for _ in range(repetitions)]
     brought = sorted({module for each in found for module in each["modules"]})
     return {"seconds": Spread.of([each["seconds"] for each in found]).to_dict(), "brings_in": brought}
 
@@ -43,13 +43,13 @@ def import_time(repetitions: int) -> dict[str, Any]:
 def first_frame() -> dict[str, float]:
     """Seconds to the first frame with an empty cache of compiled code, and with the one that this leaves."""
     with tempfile.TemporaryDirectory(prefix="trust-env-cache-") as folder:
-        compiled = _python(_FIRST_FRAME, {"NUMBA_CACHE_DIR": folder})
-        cached = _python(_FIRST_FRAME, {"NUMBA_CACHE_DIR": folder})
+        compiled = _run_python(_FIRST_FRAME, {"NUMBA_CACHE_DIR": folder})
+        cached = _run_python(_FIRST_FRAME, {"NUMBA_CACHE_DIR": folder})
     return {"compiling_seconds": compiled["seconds"], "from_cache_seconds": cached["seconds"]}
 
 
-def _python(code: str, environment: Mapping[str, str] | None = None) -> dict[str, Any]:
-    """What a fresh interpreter prints last, as JSON."""
+def _run_python(code: str, environment: Mapping[str, str] | None = None) -> dict[str, Any]:
+    """The last line that a fresh interpreter prints when it runs the code, read as JSON."""
     import trust_env
 
     paths = [str(Path(trust_env.__file__).resolve().parents[1]), os.environ.get("PYTHONPATH", "")]

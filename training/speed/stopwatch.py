@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 Run = Callable[[int], int | None]
-"""Runs so many frames, or more and then says how many."""
+"""Runs a number of frames; where it runs more, it returns how many."""
 
 
 @dataclass(frozen=True)
@@ -46,28 +46,28 @@ def measure(
     rates: dict[str, list[float]] = {name: [] for name in subjects}
     for _ in range(repetitions):
         for name, run in subjects.items():
-            done, taken = _time(run, frames[name])
+            done, taken = _time_run(run, frames[name])
             rates[name].append(done / taken)
             advance(1)
     return rates
 
 
 def ratio(rates: Mapping[str, Sequence[float]], ours: str, peer: str) -> Spread:
-    """How many times as fast, repetition by repetition."""
+    """How many times as fast ours is as the peer, over the repetitions."""
     return Spread.of([a / b for a, b in zip(rates[ours], rates[peer], strict=True)])
 
 
 def _frames_in(run: Run, seconds: float) -> int:
     """How many frames fit into so many seconds, at least one; everything is warm after that."""
     run(1)
-    done, taken = _time(run, 1)
+    done, taken = _time_run(run, 1)
     while taken < seconds / 4:
-        done, taken = _time(run, 2 * done)
+        done, taken = _time_run(run, 2 * done)
     return max(1, round(done * seconds / taken))
 
 
-def _time(run: Run, frames: int) -> tuple[int, float]:
-    """How many frames it ran, and the seconds that they took."""
+def _time_run(run: Run, frames: int) -> tuple[int, float]:
+    """The number of frames that were run, and the seconds that they took."""
     collecting = gc.isenabled()
     gc.disable()
     try:

@@ -1,5 +1,7 @@
-"""What of ours is timed. Actions are drawn before the clock starts: every adversary keeps reporting false
-positives at places of its own, in all its slots, as an attacker does; nobody suppresses.
+"""Our own environments and fusion centre, to be timed.
+
+Actions are drawn before the clock starts: every adversary keeps reporting false positives at places of its
+own, in all its slots, as an attacker does; nobody suppresses.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from trust_env.training.speed.stopwatch import Run
 from trust_env.vector import VectorEnv
 
 
-def attack(scenario: Scenario, shape: tuple[int, ...]) -> np.ndarray:
+def attack_actions(scenario: Scenario, shape: tuple[int, ...]) -> np.ndarray:
     """Actions float32[..., K, A] that inject at random places."""
     actions, slots = np.zeros(shape, dtype=np.float32), scenario.injection.slots
     rng = np.random.default_rng(0)
@@ -32,7 +34,7 @@ def parallel_subject(scenario: str) -> Run:
     """Steps of one world behind the PettingZoo face, resets included."""
     env = parallel_env(scenario)
     size = env.action_space(env.possible_agents[0]).shape[0]
-    drawn = attack(env.scenario, (len(env.possible_agents), size))
+    drawn = attack_actions(env.scenario, (len(env.possible_agents), size))
     actions = dict(zip(env.possible_agents, drawn, strict=True))
     env.reset(seed=0)
 
@@ -47,7 +49,7 @@ def parallel_subject(scenario: str) -> Run:
 
 def vector_subject(venv: VectorEnv) -> Run:
     """Steps of a batch, its automatic resets included; a frame is a frame of one world."""
-    actions = attack(venv.scenario, venv.arrays.action.shape)
+    actions = attack_actions(venv.scenario, venv.arrays.action.shape)
     venv.reset(seed=0)
 
     def run(frames: int) -> None:
@@ -58,7 +60,7 @@ def vector_subject(venv: VectorEnv) -> Run:
 
 
 @dataclass(frozen=True)
-class Recorded:
+class RecordedEpisode:
     """An honest episode as the centre receives it: reports[T, K, D, 2] (m), counts[T, K], poses[K, 3]."""
 
     scenario: Scenario
@@ -71,7 +73,7 @@ class Recorded:
         return [reports[:n] for reports, n in zip(self.reports[frame], self.counts[frame], strict=True)]
 
 
-def record(scenario: str) -> Recorded:
+def record(scenario: str) -> RecordedEpisode:
     """The first episode of seed 0."""
     venv = VectorEnv(scenario, "score", 1, autoreset=False)
     venv.reset(seed=0)
@@ -80,10 +82,10 @@ def record(scenario: str) -> Recorded:
         venv.step(np.zeros(a.action.shape, dtype=np.float32))
         reports.append(a.report_detections[0].copy())
         counts.append(a.report_count[0].copy())
-    return Recorded(load_scenario(scenario), np.stack(reports), np.stack(counts), a.pose[0].copy())
+    return RecordedEpisode(load_scenario(scenario), np.stack(reports), np.stack(counts), a.pose[0].copy())
 
 
-def centre_subject(recorded: Recorded) -> Run:
+def centre_subject(recorded: RecordedEpisode) -> Run:
     """The fusion centre on recorded detections, a kernel call a frame: trackers, evidence, trust, picture."""
     worlds = Batch(recorded.scenario, "trust", 1, threads=1)
     a, every = worlds.arrays, np.ones(1, dtype=bool)

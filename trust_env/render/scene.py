@@ -102,7 +102,7 @@ def read_scene(worlds: Batch) -> Scene:
         targets=_read_targets(worlds, scored=frame > 0),
         detections=_read_detections(worlds) if frame > 0 else [],
         tracks=_read_tracks(worlds),
-        metrics=dict(zip(METRICS, worlds.arrays.metrics[0].tolist(), strict=True)),
+        metrics=dict(zip(FRAME_METRICS, worlds.arrays.metrics[0].tolist(), strict=True)),
     )
 
 

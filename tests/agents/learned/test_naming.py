@@ -17,7 +17,7 @@ from trust_env.agents.learned.policy_file import FILE
 from trust_env.defenses import build_defense
 from trust_env.scenario import load_scenario
 from trust_env.training.cli.main import main
-from trust_env.training.evaluation.configuration import configuration, contenders
+from trust_env.training.evaluation.configuration import configuration, named_specs
 
 pytestmark = pytest.mark.core
 
@@ -72,8 +72,8 @@ class TestNaming:
         def files(attacks: str) -> dict[str, str]:
             found = configuration(
                 load_scenario(SCENARIO),
-                contenders("attack", attacks, build_policy),
-                contenders("defense", "score", build_defense),
+                named_specs("attack", attacks, build_policy),
+                named_specs("defense", "score", build_defense),
                 1, 0, 12,
             )  # fmt: skip
             return found["files"]

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from gymnasium.spaces import Box, MultiDiscrete
-from trust_env.agents.fovs import Fovs
+from trust_env.scenario import Fovs
 from wrapper_runs import ADVERSARIES, SHAPES, drawn, injected, off_agent, patrol, play, pointing
 
 pytestmark = pytest.mark.core

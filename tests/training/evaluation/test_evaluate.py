@@ -33,7 +33,7 @@ def run(tmp_path_factory) -> tuple[Results, str]:
     return training.evaluate(attacks=attacks, defenses=defenses, out=out, **SMALL), str(out)
 
 
-def test_results_json_is_what_is_promised(run):
+def test_results_json_holds_every_cell_with_intervals(run):
     results, out = run
     with open(f"{out}/results.json", encoding="utf-8") as file:
         written = json.load(file)
@@ -86,7 +86,7 @@ def test_every_row_can_be_replayed(run):
         assert replayed == pytest.approx(written, abs=0, nan_ok=True)
 
 
-def test_attack_and_defense_are_told_apart(run):
+def test_metrics_respond_to_the_attack_and_to_the_defense(run):
     """Phantoms show under attack only, and rejections by a defense that rejects only."""
     results, _ = run
     attack, trust = "optimal_false_positive(n=1)", "trust(preset=cdc2024)"
@@ -118,17 +118,17 @@ def _same(a: Results, b: Results) -> bool:
     )
 
 
-def test_neither_the_batch_nor_the_company_changes_a_cell(run, monkeypatch):
+def test_a_cell_does_not_depend_on_batch_size_or_on_other_cells(run, monkeypatch):
     results, _ = run
     monkeypatch.setattr(
-        sys.modules["trust_env.training.evaluation.evaluate"], "MOST_WORLDS", 4
+        sys.modules["trust_env.training.evaluation.evaluate"], "MAX_WORLDS", 4
     )  # 3 + 3 worlds
     alone = training.evaluate(attacks="optimal_false_positive(n=1)", defenses=["score"], **SMALL)
     expected = results["optimal_false_positive(n=1)", "score"].metrics
     assert all(np.array_equal(alone.cells[0].metrics[n], expected[n], equal_nan=True) for n in METRICS)
 
 
-def test_a_needed_knowledge_level_is_given_to_all_cells_and_said():
+def test_all_cells_are_played_at_the_knowledge_level_that_one_needs():
     results = training.evaluate(attacks="honest,fov_aware", defenses="trust", **SMALL)
     (note,) = results.notes
     assert note.startswith("knowledge: own in the scenario, poses here for all cells, needed by fov_aware")
@@ -138,7 +138,7 @@ def test_a_needed_knowledge_level_is_given_to_all_cells_and_said():
         np.testing.assert_array_equal(at_own.cells[0].metrics[name], results["honest", "trust"].metrics[name])
 
 
-def test_a_scenario_without_adversaries_is_said():
+def test_a_note_says_that_a_scenario_has_no_adversaries():
     settings = SMALL | {"scenario": "trio(horizon=12, n_adversaries=0)"}
     results = training.evaluate(attacks="false_positive", defenses="trust", **settings)
     assert results.notes == ("trio has no adversaries, so that all attacks come to the same",)
@@ -163,7 +163,7 @@ class Nothing:
 """
 
 
-def test_own_defenses_by_file_and_as_objects(tmp_path):
+def test_defenses_of_the_user_are_taken_by_file_and_as_objects(tmp_path):
     (tmp_path / "mine.py").write_text(_DEFENSE)
     spec = f"{tmp_path}/mine.py:Nothing(trust=0.2)"
     results = training.evaluate(attacks="honest", defenses=[spec, "score"], out=tmp_path / "out", **SMALL)
@@ -209,7 +209,7 @@ def test_nothing_is_overwritten(tmp_path):
     for resume in (False, True):
         with pytest.raises(ValueError, match=r"thesis\.tex"):
             _evaluate(tmp_path / "other", resume=resume)
-    with pytest.raises(ValueError, match="expected a folder for the results, this is a file"):
+    with pytest.raises(ValueError, match="expected a folder, this is a file"):
         _evaluate(tmp_path / "other" / "thesis.tex")
     assert (tmp_path / "out" / "results.parquet").read_bytes() == stamp
     assert [p.name for p in (tmp_path / "other").iterdir()] == ["thesis.tex"]
@@ -241,7 +241,7 @@ def test_results_of_something_else_are_not_resumed(tmp_path):
         _evaluate(tmp_path, resume=True)
 
 
-def test_a_full_disk_keeps_what_is_finished(tmp_path, monkeypatch):
+def test_a_full_disk_keeps_the_finished_cells(tmp_path, monkeypatch):
     full = _evaluate(tmp_path / "whole")
     saved, replace = [], os.replace
 
@@ -251,7 +251,7 @@ def test_a_full_disk_keeps_what_is_finished(tmp_path, monkeypatch):
             raise OSError(errno.ENOSPC, "No space left on device")
         replace(source, target)
 
-    monkeypatch.setattr(run_folder.os, "replace", fails_at_the_second_cell)
+    monkeypatch.setattr(os, "replace", fails_at_the_second_cell)
     with pytest.raises(OSError, match=r"No space left on device.*results\.parquet"):
         _evaluate(tmp_path / "out")
     monkeypatch.undo()
@@ -260,11 +260,11 @@ def test_a_full_disk_keeps_what_is_finished(tmp_path, monkeypatch):
     assert _same(_evaluate(tmp_path / "out", resume=True), full)
 
 
-def test_what_cannot_be_written_is_said_before_anything_is_computed(tmp_path, monkeypatch):
+def test_a_folder_that_cannot_be_written_raises_before_anything_is_computed(tmp_path, monkeypatch):
     def play(*_):
         raise AssertionError("computed")
 
-    monkeypatch.setattr(sys.modules["trust_env.training.evaluation.evaluate"]._Run, "_play_cell", play)
+    monkeypatch.setattr(sys.modules["trust_env.training.evaluation.evaluate"]._Evaluation, "_play_cell", play)
     (tmp_path / "file").write_text("")
     with pytest.raises(OSError, match="file"):
         _evaluate(tmp_path / "file" / "out")
@@ -275,14 +275,14 @@ def test_what_cannot_be_written_is_said_before_anything_is_computed(tmp_path, mo
 
 
 def test_resume_plays_only_what_is_missing(tmp_path, monkeypatch):
-    runner = sys.modules["trust_env.training.evaluation.evaluate"]._Run
+    runner = sys.modules["trust_env.training.evaluation.evaluate"]._Evaluation
     play, played = runner._play_cell, []
 
-    def stops_at_the_second(self, attacker, defender, advance):
-        played.append(attacker.name)
+    def stops_at_the_second(self, attack, defense, advance):
+        played.append(attack.name)
         if len(played) == 2:
             raise KeyboardInterrupt
-        return play(self, attacker, defender, advance)
+        return play(self, attack, defense, advance)
 
     monkeypatch.setattr(runner, "_play_cell", stops_at_the_second)
     with pytest.raises(KeyboardInterrupt):
@@ -292,7 +292,7 @@ def test_resume_plays_only_what_is_missing(tmp_path, monkeypatch):
     assert played == ["honest", "suppress", "suppress"]
 
 
-def test_kill_and_resume_gives_what_an_undisturbed_run_gives(tmp_path):
+def test_kill_and_resume_gives_the_results_of_an_uninterrupted_run(tmp_path):
     """kill -9 after the first cell; the rest is resumed, and all rows are those of a run left in peace."""
     out, cells = tmp_path / "out", 12
     attacks = ["honest", *(f"suppress(fraction={f / 10})" for f in range(1, 6))]
@@ -350,7 +350,7 @@ def _finished(out) -> int:
         ({"max_cycles": 0}, "max_cycles must be a whole number of at least 1"),
     ],
 )
-def test_what_cannot_be_played_is_refused_at_once(tmp_path, changes, text):
+def test_what_cannot_be_played_raises_before_the_folder_is_made(tmp_path, changes, text):
     with pytest.raises(ValueError, match=text):
         _evaluate(tmp_path / "out", **changes)
     assert not (tmp_path / "out").exists()

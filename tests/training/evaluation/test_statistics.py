@@ -39,7 +39,7 @@ def test_interval_is_scipys_percentile_bootstrap():
     assert interval(values, seed=7) == found
 
 
-def test_interval_covers_the_mean_as_often_as_it_says():
+def test_intervals_cover_the_mean_in_95_of_100_samples():
     """Of 100 normal samples of 50 about 95 % have 0 within their interval; the binomial allows 88 to 100."""
     rng = np.random.default_rng(3)
     found = [interval(rng.normal(size=50)) for _ in range(100)]
@@ -47,7 +47,7 @@ def test_interval_covers_the_mean_as_often_as_it_says():
     assert 88 <= covered <= 100
 
 
-def test_undefined_episodes_do_not_count():
+def test_undefined_episodes_are_ignored():
     values = np.array([1.0, NAN, 2.0, 3.0, NAN, 4.0])
     assert interval(values) == interval(np.array([1.0, 2.0, 3.0, 4.0]))
     assert interval(np.array([NAN, NAN])) is None
@@ -56,7 +56,7 @@ def test_undefined_episodes_do_not_count():
     assert interval(np.full(50, 201.0)) == Interval(201.0, 201.0, 201.0)
 
 
-def test_paired_difference_cancels_what_pairs_share():
+def test_paired_difference_cancels_variation_that_pairs_share():
     """Worlds differ by far more than the cells do: paired the difference is plain, unpaired it drowns."""
     rng = np.random.default_rng(0)
     worlds, noise = rng.normal(0.0, 100.0, 50), rng.normal(0.0, 0.1, 50)
@@ -78,7 +78,7 @@ def test_paired_difference_of_a_constant_shift_has_no_width():
     assert back == pytest.approx((-0.5, -0.5, -0.5), abs=1e-12)
 
 
-def test_paired_difference_takes_the_episodes_that_both_define():
+def test_paired_difference_uses_the_episodes_that_both_define():
     a, b = np.array([1.0, NAN, 3.0, 8.0]), np.array([0.5, 7.0, NAN, 7.5])
     assert paired_difference(a, b) == pytest.approx((0.5, 0.5, 0.5))
     assert paired_difference(np.array([NAN, 1.0]), np.array([1.0, NAN])) is None

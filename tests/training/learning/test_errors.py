@@ -42,7 +42,7 @@ def test_folders_that_cannot_be_used_raise(run, tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(ValueError, match=r"not empty \(it holds notes.txt\)"):
         train(out=tmp_path)
-    with pytest.raises(ValueError, match=r"expected a folder for the run, this is a file"):
+    with pytest.raises(ValueError, match=r"expected a folder, this is a file"):
         train(out=tmp_path / "notes.txt")
     with pytest.raises(
         ValueError, match=r"there is no config\.yaml in it; expected the folder of a training run"

@@ -16,7 +16,7 @@ import yaml
 from paths import ROOT
 from training_runs import PROGRAM, ROLLOUT, SMALL, interrupted, lines, logged, same, saved, train, weights
 
-import trust_env.training.evaluation.run_folder as run_folder
+from trust_env import files
 from trust_env import training
 from trust_env.training.cli.main import main
 
@@ -148,7 +148,7 @@ def test_a_full_disk_keeps_the_saved_checkpoints(copy, run, monkeypatch):
             raise OSError(errno.ENOSPC, "No space left on device")
 
     with monkeypatch.context() as patched:
-        patched.setattr(run_folder, "sync", full)
+        patched.setattr(files, "sync", full)
         with pytest.raises(OSError, match=r"No space left on device: '.*\.zip'"):
             training.train(resume=copy, progress=False)
     assert saved(copy) == before and not list(copy.glob("checkpoints/*.unfinished"))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from training_runs import ROLLOUT, SMALL, interrupted, lines, logged, same, train, weights
 
-from trust_env import training
+from trust_env import files, training
 from trust_env.agents.learned.policy_file import load_policy
 from trust_env.metrics import METRICS
 from trust_env.spaces.observation import KNOWLEDGE

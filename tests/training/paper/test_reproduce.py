@@ -60,9 +60,9 @@ def test_shipped_numbers_are_of_the_built_in_cases():
 
     for case in published.CASES:
         scenario = trust_env.load_scenario(case)
-        true = [thing.position for thing in objects(case) if thing.kind == "true"]
+        true = [obj.position for obj in objects(case) if obj.kind == "true"]
         assert sorted(true) == sorted(tuple(p) for p in scenario.targets.positions)
-        false = [(thing.detected_by[0], thing.position) for thing in objects(case) if thing.kind == "fp"]
+        false = [(obj.detected_by[0], obj.position) for obj in objects(case) if obj.kind == "fp"]
         assert sorted(false) == sorted((i.agent, tuple(i.position)) for i in scenario.injections)
 
 
@@ -82,7 +82,7 @@ def test_panels_in_our_environment_end_where_the_authors_do(report):
     for key in panel_keys():
         case = reference_case(key)
         means = [row["mean"] for name in ("tracks", "agents") for row in case["final"][name]]
-        assert report.panels["cdc2024"][key].ends == pytest.approx(means, abs=0.05)
+        assert report.panels["cdc2024"][key].final_trust == pytest.approx(means, abs=0.05)
     assert 0.0 < report.deviation <= 0.05
 
 
@@ -95,7 +95,7 @@ def test_panels_follow_the_authors_frame_by_frame(report):
             assert (np.isnan(curve[:, :-1]) == np.isnan(theirs[:, 1:])).mean() > 0.95
 
 
-def test_a_panel_does_not_depend_on_the_batch():
+def test_a_panel_is_the_same_when_simulated_again():
     one, again = (simulated_panel(("case2", True), "paper", 3) for _ in range(2))
     assert np.array_equal(one.tracks, again.tracks, equal_nan=True) and np.array_equal(
         one.agents, again.agents
@@ -125,7 +125,7 @@ def test_theorem_and_simulation_agree_in_every_cell(report):
     assert all(min(row.earliest_other, row.simulated) >= row.bound for row in report.theorem)
 
 
-def test_theorem_row_notices_what_comes_too_early():
+def test_a_theorem_row_fails_where_a_confirmation_comes_too_early():
     row = theorem_row(1, 0, "first", 1)
     fields = {name: getattr(row, name) for name in row.__dataclass_fields__}
     assert row.ok
@@ -153,7 +153,7 @@ def test_the_published_numbers_and_cdc2024_bear_out_every_claim_about_trust(repo
 def test_claims_that_fail_with_paper_are_named_with_their_reason(report):
     failing = [v for v in report.verdicts if v.source == "paper" and not v.holds]
     assert {(v.section, v.claim) for v in failing} == FAILS_WITH_PAPER
-    assert all(v.note and v.as_known for v in failing)
+    assert all(v.note and v.as_expected for v in failing)
     explained = [v for v in report.verdicts if v.source == "paper*"]
     assert {(v.section, v.claim) for v in explained} == FAILS_WITH_PAPER
     assert all(v.holds for v in explained)
@@ -168,7 +168,7 @@ def test_claims_about_the_score_that_do_not_hold(report):
     ]
 
 
-def test_a_claim_can_fail():
+def test_claims_fail_on_panels_that_contradict_them():
     """Swapped agents in case 2, and an agent that never settles."""
     panels = dict(published_panels())
     for key, panel in panels.items():
@@ -210,7 +210,7 @@ def test_report_prints_tables_and_verdicts(report):
 
 
 @pytest.mark.parametrize("seeds", [0, -1, 1.5, True])
-def test_seeds_must_be_a_count(seeds):
+def test_seeds_must_be_a_whole_number_of_at_least_1(seeds):
     with pytest.raises(ValueError, match="seeds"):
         reproduce(seeds=seeds, progress=False)
 
@@ -226,7 +226,7 @@ def test_figures_are_written(report, tmp_path):
     )
 
 
-def test_missing_matplotlib_is_said_before_anything_is_computed(monkeypatch, tmp_path):
+def test_missing_matplotlib_raises_before_anything_is_computed(monkeypatch, tmp_path):
     import sys
 
     monkeypatch.setitem(sys.modules, "matplotlib", None)

@@ -10,9 +10,10 @@ from rich.console import Console
 
 import trust_env
 from trust_env.training import benchmark as run_benchmark
-from trust_env.training.speed import peers, startup, subjects
-from trust_env.training.speed.benchmark import WANTED, Ratio, Timings
+from trust_env.training.speed import peers, startup, stone_soup, subjects
+from trust_env.training.speed.benchmark import WANTED
 from trust_env.training.speed.stopwatch import Spread, measure, ratio
+from trust_env.training.speed.timings import Ratio, Timings
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +83,7 @@ def test_subjects_run_past_the_end_of_an_episode():
 def test_peers_run_past_the_end_of_an_episode():
     recorded = subjects.record("case1")
     peers.mpe2_subject()(60)
-    peers.stonesoup_subject(recorded)(45)
+    stone_soup.stonesoup_subject(recorded)(45)
     peers.oracle_subject(recorded)(45)
 
 
@@ -90,7 +91,7 @@ def test_peers_run_past_the_end_of_an_episode():
 def test_stone_soup_follows_the_targets():
     """The peer does the work that it is timed for."""
     recorded = subjects.record("case1")
-    tracker = peers._stonesoup_tracker(recorded)
+    tracker = stone_soup._stonesoup_tracker(recorded)
     for _ in zip(range(len(recorded.reports) * 3), tracker, strict=False):
         pass
     places = np.array([[float(t.state_vector[0]), float(t.state_vector[2])] for t in tracker.tracks])
@@ -101,7 +102,7 @@ def test_stone_soup_follows_the_targets():
 # --- start-up -------------------------------------------------------------------------------------------
 
 
-def test_import_brings_in_nothing_heavy():
+def test_import_loads_nothing_heavy():
     found = startup.import_time(1)
     assert found["brings_in"] == [] and found["seconds"]["median"] > 0
 
@@ -117,9 +118,9 @@ def test_first_frame_starts_from_an_empty_cache_and_then_from_a_full_one(monkeyp
     assert startup.first_frame() == {"compiling_seconds": 0.0, "from_cache_seconds": 1.0}
 
 
-def test_a_python_that_fails_says_why():
+def test_a_failing_interpreter_raises_its_error_message():
     with pytest.raises(RuntimeError, match="no such thing"):
-        startup._python("raise SystemExit('no such thing')")
+        startup._run_python("raise SystemExit('no such thing')")
 
 
 # --- the report -----------------------------------------------------------------------------------------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from trust_env.training.speed.peers import require
+from trust_env.training.speed.missing import require
 from trust_env.training.speed.stopwatch import Run
 
 FRAMES = 8  # of every learner in a rollout: fewer than by default, to be quick; with all learners one batch

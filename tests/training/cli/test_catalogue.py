@@ -1,0 +1,58 @@
+"""`scenarios list`, and `list` and `show` of defenses and attacks."""
+
+import json
+
+import trust_env
+from trust_env.agents import POLICIES
+from trust_env.defenses.trust_presets import PRESETS
+
+
+def test_lists_name_everything_that_is_registered(cli):
+    for group, names in (
+        ("scenarios", trust_env.scenarios()),
+        ("defenses", trust_env.defenses()),
+        ("attacks", POLICIES),
+    ):
+        code, out, _ = cli(group, "list", "--json")
+        listed = json.loads(out)
+        assert code == 0
+        assert [entry["name"] for entry in listed] == list(names)
+        assert all(len(entry["description"]) > 20 for entry in listed)
+        _, text, _ = cli(group, "list")
+        assert [line.split()[0] for line in text.splitlines()] == list(names)
+
+
+def test_every_defense_and_attack_can_be_shown(cli):
+    for name in trust_env.defenses():
+        assert cli("defenses", "show", name)[0] == 0
+    for name, policy in POLICIES.items():
+        code, out, _ = cli("attacks", "show", name, "--json")
+        shown = json.loads(out)
+        assert (code, shown["name"], shown["knowledge"]) == (0, name, policy.knowledge)
+
+
+def test_show_defense_has_parameters_and_presets(cli):
+    _, out, _ = cli("defenses", "show", "trust", "--json")
+    shown = json.loads(out)
+    assert shown["parameters"]["preset"] == {"default": "paper"}
+    assert shown["parameters"]["epsilon"] == {"default": 0.01}
+    assert shown["parameters"]["order"] == {
+        "default": "tracks_first",
+        "choices": ["tracks_first", "agents_first"],
+    }
+    assert list(shown["presets"]) == list(PRESETS)
+    assert shown["presets"]["paper"] == {}
+    assert shown["presets"]["cdc2024"]["strong_precision"] == 100.0
+    _, text, _ = cli("defenses", "show", "majority")
+    assert "  window = 10" in text
+    assert "  q = 0.5" in text
+
+
+def test_show_takes_a_class_in_a_file(cli, tmp_path):
+    (tmp_path / "mine.py").write_text('class Mine:\n    "Mine alone."\n    def __init__(self, x, y=3): ...\n')
+    _, out, _ = cli("defenses", "show", f"{tmp_path}/mine.py:Mine", "--json")
+    assert json.loads(out) == {
+        "name": "Mine",
+        "doc": "Mine alone.",
+        "parameters": {"x": {}, "y": {"default": 3}},
+    }

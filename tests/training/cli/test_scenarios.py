@@ -1,0 +1,37 @@
+"""`scenarios show` and `check`."""
+
+import json
+
+import yaml
+
+import trust_env
+
+
+def test_every_scenario_can_be_shown(cli):
+    for name in trust_env.scenarios():
+        assert yaml.safe_load(cli("scenarios", "show", name)[1])["name"] == name
+
+
+def test_show_prints_yaml_that_loads_back(cli, tmp_path):
+    _, out, _ = cli("scenarios", "show", "patrol(horizon=50, gate=0.95)")
+    assert yaml.safe_load(out)["tracker"]["gate"] == 0.95
+    (tmp_path / "copy.yaml").write_text(out)
+    expected = trust_env.load_scenario("patrol(horizon=50, gate=0.95)")
+    assert trust_env.load_scenario(tmp_path / "copy.yaml") == expected
+    assert json.loads(cli("scenarios", "show", "patrol", "--json")[1])["horizon"] == 200
+
+
+def test_check_lists_every_problem_of_a_file(cli, tmp_path):
+    file = tmp_path / "my.yaml"
+    file.write_text("base: patrol\nhorizn: 3\ntracker: {gate: 1.5}\ndt: -1\n")
+    code, out, err = cli("scenarios", "check", file)
+    assert (code, out) == (1, "")
+    assert "my.yaml, line 2: horizn = 3: unknown field; did you mean 'horizon'?" in err
+    assert "my.yaml, line 3: tracker.gate = 1.5: expected a number below 1" in err
+    assert "my.yaml, line 4: dt = -1: expected a number above 0" in err
+    code, out, _ = cli("scenarios", "check", file, "patrol", "--json")
+    found = json.loads(out)
+    assert (code, found["ok"]) == (1, False)
+    assert [len(problems) for problems in found["problems"].values()] == [3, 0]
+    file.write_text("base: patrol\nhorizon: 3\n")
+    assert cli("scenarios", "check", file) == (0, f"{file}: ok\n", "")

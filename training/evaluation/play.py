@@ -1,0 +1,41 @@
+"""Episodes of a batch of worlds, played to the end and measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from trust_env.agents import Player
+from trust_env.metrics import EpisodeMetrics
+from trust_env.training.console import Advance
+from trust_env.vector import VectorEnv
+
+
+def play_worlds(
+    venv: VectorEnv,
+    policies: Mapping[str, Any],
+    worlds: np.ndarray,
+    seed: int,
+    frames: int,
+    advance: Advance = lambda _: None,
+) -> dict[str, np.ndarray]:
+    """The metrics of episode 0 of the given worlds[venv.num_worlds] of a seed, float64[len(worlds)] each.
+
+    policies: by role or agent, as a `Player` takes them.
+    """
+    player, metrics = Player(venv, policies), EpisodeMetrics(venv)
+    observations, _ = venv.reset(seed, options={"worlds": worlds, "episodes": np.zeros_like(worlds)})
+    for _ in range(frames):
+        observations, _, _, _, info = venv.step(player.actions(observations))
+        metrics.update(info)
+        advance(1)
+    return metrics.result()
+
+
+def positive_int(name: str, value: Any) -> int:
+    """The value as an int; ValueError if it is not a whole number of at least 1."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
+        raise ValueError(f"{name} must be a whole number of at least 1; got {value!r}")
+    return int(value)

@@ -1,0 +1,131 @@
+"""What a benchmark measured: rates, ratios to peers, loads and start-up times, as values and as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from trust_env.training.console import format_number
+from trust_env.training.speed.startup import HEAVY
+from trust_env.training.speed.stopwatch import Spread
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """How many times as fast ours is as a peer, over the repetitions."""
+
+    ours: str
+    peer: str
+    times: Spread
+    wanted: float | None
+    aim: float | None
+
+    @property
+    def met(self) -> bool | None:
+        """Whether the ratio is at least what is wanted; None where nothing is."""
+        return None if self.wanted is None else self.times.median >= self.wanted
+
+    def to_dict(self) -> dict[str, Any]:
+        numbers = {"times": self.times.to_dict(), "wanted": self.wanted, "aim": self.aim, "met": self.met}
+        return {"ours": self.ours, "peer": self.peer} | numbers
+
+
+@dataclass(frozen=True)
+class FrameLoad:
+    """How many detections and central tracks a frame holds, and its ns per pair of them on one thread."""
+
+    scenario: str
+    detections: float
+    tracks: float
+    ns_per_pair: float
+
+    @property
+    def pairs(self) -> float:
+        return self.detections * self.tracks
+
+    def to_dict(self) -> dict[str, Any]:
+        return asdict(self) | {"pairs": self.pairs}
+
+
+@dataclass(frozen=True)
+class Timings:
+    """Everything that a benchmark measured; `skipped`: by name, why something could not be timed."""
+
+    quick: bool
+    machine: dict[str, Any]
+    rates: dict[str, Spread]  # frames per second
+    ratios: list[Ratio]
+    loads: list[FrameLoad]
+    startup: dict[str, Any]
+    skipped: dict[str, str]
+
+    @property
+    def ok(self) -> bool:
+        """Every measured ratio is at least what is wanted, and `import trust_env` stays light."""
+        return all(r.met is not False for r in self.ratios) and not self.startup["import"]["brings_in"]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values only, ready for JSON."""
+        return {
+            "ok": self.ok,
+            "quick": self.quick,
+            "machine": self.machine,
+            "frames_per_second": {name: rate.to_dict() for name, rate in self.rates.items()},
+            "ratios": [each.to_dict() for each in self.ratios],
+            "loads": [load.to_dict() for load in self.loads],
+            "startup": self.startup,
+            "skipped": self.skipped,
+        }
+
+    def print(self, console: Console) -> None:
+        """Print every table, the start-up times, and what was skipped."""
+        console.print(_rate_table(self))
+        console.print(_ratio_table(self.ratios))
+        console.print(_load_table(self.loads))
+        seconds, brought = self.startup["import"]["seconds"]["median"], self.startup["import"]["brings_in"]
+        light = f"brings in {', '.join(brought)}" if brought else f"none of {', '.join(HEAVY)}"
+        console.print(f"import trust_env: {seconds:.2f} s, {light}", markup=False)
+        if "compiling_seconds" in self.startup:
+            compiled, cached = self.startup["compiling_seconds"], self.startup["from_cache_seconds"]
+            console.print(
+                f"first frame: {compiled:.1f} s compiling, {cached:.1f} s from the cache", markup=False
+            )
+        for name, reason in self.skipped.items():
+            console.print(f"skipped: {name}: {reason}", markup=False)
+
+
+def _rate_table(timings: Timings) -> Table:
+    table = Table("timed by turns", title=f"Frames per second, {timings.machine['processors']} processors")
+    for name in ("median", "least", "greatest"):
+        table.add_column(name, justify="right")
+    for name, rate in timings.rates.items():
+        table.add_row(name, *(f"{value:,.0f}" for value in (rate.median, rate.low, rate.high)))
+    return table
+
+
+def _ratio_table(ratios: Sequence[Ratio]) -> Table:
+    table = Table("ours", "peer", title="How many times as fast, in the same run")
+    for name in ("median", "least to greatest", "wanted", "aim"):
+        table.add_column(name, justify="right")
+    for each in ratios:
+        style = {True: "green", False: "bold red", None: ""}[each.met]
+        wanted, aim = ("–" if value is None else f"{value:g}" for value in (each.wanted, each.aim))
+        spread = f"{format_number(each.times.low)} to {format_number(each.times.high)}"
+        median = Text(format_number(each.times.median), style=style)
+        table.add_row(each.ours, each.peer, median, spread, wanted, aim)
+    return table
+
+
+def _load_table(loads: Sequence[FrameLoad]) -> Table:
+    table = Table("scenario", title="What a frame holds, and what it costs on one thread")
+    for name in ("detections", "central tracks", "pairs", "ns per pair"):
+        table.add_column(name, justify="right")
+    for load in loads:
+        values = (load.detections, load.tracks, load.pairs, load.ns_per_pair)
+        table.add_row(load.scenario, *(format_number(value) for value in values))
+    return table
