@@ -108,9 +108,7 @@ class Policy:
         """Hook: what a search for the worst attack may try, by parameter; empty: nothing to search."""
         return {}
 
-    def draw(
-        self, purpose: int, count: int, rows: _Rows = _ALL, agents: np.ndarray | None = None
-    ) -> np.ndarray:
+    def draw(self, purpose: int, count: int, rows: _Rows = _ALL, agents: np.ndarray | None = None) -> np.ndarray:
         """U[0, 1) draws [W, n, count] for the present frame of every world (or of some rows) and agent."""
         if count > MOST_DRAWS:
             most = f"at most {MOST_DRAWS} are possible"

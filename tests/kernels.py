@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from typing import Any
 
+import numba
 import numpy as np
 from oracle import Contains, circle, polygon, sector
-from trust_env.compiled.jit import Entry
 
 from trust_env.batch import Batch
+from trust_env.compiled.kernels import kernel
+from trust_env.compiled.mode import INTERPRETED, OPTIONS
+from trust_env.compiled.structs import PARAMETERS, SCRATCH, World, world_at
 from trust_env.scenario import Scenario
-from trust_env.world.fields import PARAMS, ROW, World
 
 
 class Bench:
@@ -19,25 +22,31 @@ class Bench:
 
     def __init__(self, scenario: Any = "patrol", defense: Any = "score"):
         self.worlds = Batch(scenario, defense, 1)
-        self.scenario = self.worlds.scenario
-        addresses = (
-            self.worlds.rows,
-            self.worlds.pack.params,
-            self.worlds.crew.scratch,
-            self.worlds.pack.layout.table,
-        )
-        self.world = World(*(np.int64(buffer.ctypes.data) for buffer in addresses))
+        self.scenario, parameters = self.worlds.scenario, self.worlds.parameters
+        self._buffers = {PARAMETERS: parameters.buffer, SCRATCH: self.worlds.scratch[0]}
+        actions, table = self.worlds.arrays.action, parameters.layout.table
+        buffers = (self.worlds.rows, parameters.buffer, self.worlds.scratch, actions, table)
+        self.world = World(*(buffer.ctypes.data for buffer in buffers))
 
     def __getitem__(self, name: str) -> np.ndarray:
-        layout = self.worlds.pack.layout
-        kind = layout.kinds[name][0]
-        buffers = {ROW: self.worlds.rows[0], PARAMS: self.worlds.pack.params}
-        return layout.view(buffers.get(kind, self.worlds.crew.scratch[0]), name)
+        layout = self.worlds.parameters.layout
+        buffer = self._buffers.get(layout.fields[name].buffer)
+        return self.worlds.arrays[name][0] if buffer is None else layout.view(buffer, name)
 
 
-def entry(kernel: Callable[..., Any]) -> Entry:
-    """A kernel that Python can call (also as a decorator)."""
-    return Entry(kernel)
+def entry(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function for kernels that Python can call, too, with `bench.world` where it takes a world (a decorator)."""
+    if INTERPRETED:
+        return function
+    called = kernel(function)
+    if next(iter(inspect.signature(function).parameters)) != "world":
+        return numba.njit(**OPTIONS)(lambda *args: called(*args))
+
+    @numba.njit(**OPTIONS)
+    def call(row, parameters, scratch, actions, layout, *args):
+        return called(world_at(row, parameters, scratch, actions, layout), *args)
+
+    return lambda world, *args: call(*world, *args)
 
 
 def fov_of(scenario: Scenario, k: int, pose: np.ndarray) -> Contains:

@@ -565,9 +565,7 @@ class OracleCentre:
         self.central = OracleTracker(params)
         local = replace(params, capacity=local_capacity)
         self.local = [OracleTracker(local) for _ in trust.agents]
-        self.in_a_row: dict[
-            tuple[int, int], int
-        ] = {}  # (agent, track id) -> frames, from the track's birth on
+        self.in_a_row: dict[tuple[int, int], int] = {}  # (agent, track id) -> frames, from the track's birth on
 
     def update(
         self,

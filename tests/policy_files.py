@@ -26,9 +26,7 @@ def write_fitting(
     agents = np.array([k for k, role in enumerate(env.scenario.roles) if role == "adversary"])
     one = np.zeros(1, dtype=np.int64)
     built = build_wrapper(wrapper)
-    built.reset(
-        PolicyContext(env.scenario, env.observation_table, agents, 0, one, one, np.ones(1, dtype=bool))
-    )
+    built.reset(PolicyContext(env.scenario, env.observation_table, agents, 0, one, one, np.ones(1, dtype=bool)))
     choices = getattr(built.action_space, "nvec", None)
     choices = None if choices is None else choices.tolist()
     outputs = built.action_space.shape[0] if choices is None else sum(choices)  # type: ignore[index]
@@ -48,9 +46,7 @@ def write_fitting(
 def weights(layers: list[int], choices: list[int] | None, seed: int = 0) -> dict[str, np.ndarray]:
     rng = np.random.default_rng(seed)
     shapes = tensor_shapes(layers, choices, True)
-    tensors: dict[str, Any] = {
-        name: rng.normal(0.0, 0.5, shape).astype(np.float32) for name, shape in shapes.items()
-    }
+    tensors: dict[str, Any] = {name: rng.normal(0.0, 0.5, shape).astype(np.float32) for name, shape in shapes.items()}
     tensors["obs_var"] = rng.uniform(0.2, 2.0, layers[0])  # float64
     return tensors
 
@@ -72,9 +68,7 @@ def write_small(path: Path) -> Path:
     return path
 
 
-def write_unchecked(
-    path: Path, tensors: dict[str, Any] | None = None, metadata: Any = None, **config: Any
-) -> Path:
+def write_unchecked(path: Path, tensors: dict[str, Any] | None = None, metadata: Any = None, **config: Any) -> Path:
     """A file that `save_policy` would refuse to write."""
     text = json.dumps({"format": 1, **SMALL_CONFIG, **config})
     found = weights(SMALL_CONFIG["layers"], None) | (tensors or {})

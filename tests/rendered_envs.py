@@ -9,7 +9,7 @@ import numpy as np
 import trust_env
 from trust_env.parallel import TrustEnv
 from trust_env.render.scene import read_scene
-from trust_env.spaces.action import encode_action
+from trust_env.spaces.action import ActionTable
 
 
 def rendered_env(
@@ -35,7 +35,7 @@ def choose_actions(env: TrustEnv, attack: bool) -> dict[str, np.ndarray]:
         if attack and role == "adversary":
             own = [list(i.position) for i in env.scenario.injections if i.agent == k]
             positions = np.array(own or [env.arrays.pose[0, k, :2] + 30.0])
-            actions[env.possible_agents[k]] = encode_action(env.scenario, env.arrays.fov_box[0, k], positions)
+            actions[env.possible_agents[k]] = ActionTable(env.scenario).encode(env.arrays.fov_box[0, k], positions)
     return actions
 
 

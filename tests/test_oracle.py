@@ -207,9 +207,7 @@ def test_birth_hit_and_miss_by_hand():
     assert track.score == pytest.approx(-7.0131158)
     tracker.update([scan((3.0, 2.0))], [EVERYWHERE], [R5], dt=0.1)
     # S = 2R, so d² = 4 / (2 sqrt 5), ΔL = g - ln 2 - d²/2; the mean moves half the way; P = R/2.
-    assert track.score == pytest.approx(
-        -7.0131158 + 11.0675535 - math.log(2.0) - 1.0 / math.sqrt(5.0), abs=1e-6
-    )
+    assert track.score == pytest.approx(-7.0131158 + 11.0675535 - math.log(2.0) - 1.0 / math.sqrt(5.0), abs=1e-6)
     assert track.mean == pytest.approx([2.0, 2.0, 0.0, 0.0])
     assert track.cov[:2, :2] == pytest.approx(R5 / 2.0)
     before = track.score
@@ -229,9 +227,7 @@ def test_prediction_by_hand():
     assert tracker.tracks[0].cov == pytest.approx(np.kron(axis, np.eye(2)))
 
 
-@pytest.mark.parametrize(
-    "order", ["A", "AB", "BA", "ABB", "BBA", "ABBB", "BBBA", "BBBBA", "AABBBBBB", "BBAA"]
-)
+@pytest.mark.parametrize("order", ["A", "AB", "BA", "ABB", "BBA", "ABBB", "BBBA", "BBBBA", "AABBBBBB", "BBAA"])
 def test_a_score_optimal_attack_confirms_in_the_frame_of_theory(order):
     tracker = OracleTracker(TrackerParams())
     frame = 0
@@ -396,9 +392,7 @@ def test_a_centre_tells_the_liar_from_the_honest():
         reports[0] = np.concatenate([reports[0], phantom])
         frame = centre.update(reports, [circle((0.0, 0.0), 50.0)] * 3, [0.25 * np.eye(2)] * 3, dt=0.1)
     trust_in = [a / (a + b) for a, b in frame.track_beliefs.values()]
-    assert (
-        min(trust_in[:3]) > 0.9 and trust_in[3] < 0.4
-    )  # the phantom is confirmed, for R is small, but distrusted
+    assert min(trust_in[:3]) > 0.9 and trust_in[3] < 0.4  # the phantom is confirmed, for R is small, but distrusted
     agents = [a / (a + b) for a, b in frame.agent_beliefs]
     assert agents[0] < min(agents[1:])
     assert [track.id for track in frame.tracks if track.confirmed] == frame.evidence.track_id.tolist()

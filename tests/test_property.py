@@ -120,8 +120,7 @@ def worlds(draw: st.DrawFn) -> dict[str, Any]:
         "coordination": draw(st.sampled_from(["none", "shared"])),
         "actuation": draw(st.sampled_from(["monitor", "filter", "remove", "weight"])),
         "area": [-scale, scale * draw(number(0.1, 2.0)), -scale * draw(number(0.1, 2.0)), scale],
-        "sensor": draw(sensors(scale))
-        | {"clutter_density": draw(number(0.0, 0.3)) / scale**2, "max_detections": d},
+        "sensor": draw(sensors(scale)) | {"clutter_density": draw(number(0.0, 0.3)) / scale**2, "max_detections": d},
         "injection": {"slots": draw(st.integers(0, min(4, d))), "benign": draw(maybe(st.just(1)))},
         "targets": {
             "slots": draw(st.integers(0, 9)),
@@ -170,7 +169,7 @@ def check(env: VectorEnv) -> None:
     assert not (a.published & ~(a.track_status == 2)).any()
     for ids in (a.track_id.reshape(-1, a.track_id.shape[-1]), a.local_id.reshape(-1, a.local_id.shape[-1])):
         assert all(len(np.unique(row[row >= 0])) == (row >= 0).sum() for row in ids)
-    assert (a.report_count <= a.report_detections.shape[-2]).all() and (a.overflow >= 0).all()
+    assert (a.report_count <= a.report_detections.shape[-2]).all() and (a.overflow_detections >= 0).all()
 
 
 def check_covariances(cov: np.ndarray) -> None:
@@ -220,9 +219,7 @@ def check_metrics(env: VectorEnv, w: int) -> None:
     fovs = [fov_of(env.scenario, k, a.pose[w, k]) for k in range(env.scenario.n_agents)]
     visible = np.array([any(holds(point) for holds in fovs) for point in truth], dtype=bool)
     distance = (
-        np.hypot(*(points[:, None] - truth[None]).transpose(2, 0, 1))
-        if len(truth)
-        else np.zeros((len(tracks), 0))
+        np.hypot(*(points[:, None] - truth[None]).transpose(2, 0, 1)) if len(truth) else np.zeros((len(tracks), 0))
     )
     pairs = matched(distance, m.match_distance)
     assigned = a.track_target[w, tracks].tolist()

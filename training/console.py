@@ -20,9 +20,7 @@ Describe = Callable[[str], None]
 
 
 @contextmanager
-def progress_bar(
-    title: str, total: int, shown: bool = True, done: int = 0
-) -> Iterator[tuple[Advance, Describe]]:
+def progress_bar(title: str, total: int, shown: bool = True, done: int = 0) -> Iterator[tuple[Advance, Describe]]:
     """A progress bar while the block runs, of `total` steps, of which some are `done`.
 
     Yields `advance(n)`, to call after n more steps, and `describe(text)`, which replaces the title.

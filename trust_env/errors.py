@@ -22,6 +22,4 @@ def suggestion(name: object, known: Iterable[str]) -> str:
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> ValueError:
     """The error to raise for a name that a registry lacks; `kind` says which registry, such as "defense"."""
     names = sorted(known)
-    return ValueError(
-        f"unknown {kind} {name!r}; {suggestion(name, names)}known: {', '.join(names) or 'none'}"
-    )
+    return ValueError(f"unknown {kind} {name!r}; {suggestion(name, names)}known: {', '.join(names) or 'none'}")

@@ -71,9 +71,7 @@ class FusionCentre:
         self._worlds.start(np.ones(1, dtype=bool))
         self._time: float | None = None
         drawn = [k for k in range(self.n_agents) if self.scenario.agent(k).position is None]
-        self._pose_missing = (
-            f"agents {drawn} have no position in scenario {self.scenario.name!r}" if drawn else ""
-        )
+        self._pose_missing = f"agents {drawn} have no position in scenario {self.scenario.name!r}" if drawn else ""
 
     def update(self, detections: Sequence[Any], time: float | None = None, poses: Any = None) -> FusedFrame:
         """One frame: detections, an array [n_k, 2] (m) per agent; time in s (default: `dt` after the last);
@@ -87,8 +85,7 @@ class FusionCentre:
         placed = None if poses is None else self._checked_poses(poses)
         if placed is None and self._pose_missing:
             raise ValueError(
-                f"poses are needed: {self._pose_missing}; "
-                f"expected an array [{self.n_agents}, 3] of x, y, heading"
+                f"poses are needed: {self._pose_missing}; expected an array [{self.n_agents}, 3] of x, y, heading"
             )
         arrays = self._worlds.arrays
         if placed is not None:
@@ -126,22 +123,18 @@ class FusionCentre:
 
     def _checked_reports(self, detections: Sequence[Any]) -> list[np.ndarray]:
         if len(detections) != self.n_agents:
-            raise ValueError(
-                f"expected one array of detections per agent ({self.n_agents}), got {len(detections)}"
-            )
+            raise ValueError(f"expected one array of detections per agent ({self.n_agents}), got {len(detections)}")
         limit, out = self.scenario.sensor.max_detections, []
         for k, given in enumerate(detections):
             points = np.asarray(given, dtype=np.float64)
             points = points.reshape(0, 2) if points.size == 0 else points
             if points.ndim != 2 or points.shape[1] != 2:
                 raise ValueError(
-                    f"the detections of agent {k} must have shape [n, 2] (x, y in m), "
-                    f"not {list(points.shape)}"
+                    f"the detections of agent {k} must have shape [n, 2] (x, y in m), not {list(points.shape)}"
                 )
             if not np.isfinite(points).all():
                 raise ValueError(
-                    f"the detections of agent {k} must be finite; "
-                    f"row {np.argwhere(~np.isfinite(points))[0][0]} is not"
+                    f"the detections of agent {k} must be finite; row {np.argwhere(~np.isfinite(points))[0][0]} is not"
                 )
             if len(points) > limit:
                 raise ValueError(
@@ -155,9 +148,7 @@ class FusionCentre:
         if time is None:
             return 0.0 if self._time is None else self._time + self.scenario.dt
         if not np.isfinite(time) or (self._time is not None and time <= self._time):
-            raise ValueError(
-                f"time must be finite and later than that of the last update ({self._time} s); got {time}"
-            )
+            raise ValueError(f"time must be finite and later than that of the last update ({self._time} s); got {time}")
         return float(time)
 
     def _checked_poses(self, poses: Any) -> np.ndarray:
@@ -212,9 +203,7 @@ def replay_evidence(
         judge = Trust(**params)
     most = max((len(frame["track_id"]) for frame in listed), default=1)
     team = {"n_adversaries": 0, "n_benign": n_agents, "placement": "together"}
-    worlds = Batch(
-        {"dt": dt, "team": team, "tracker": {"max_tracks": max(1, 2 * most)}}, judge, 1, threads=1
-    )
+    worlds = Batch({"dt": dt, "team": team, "tracker": {"max_tracks": max(1, 2 * most)}}, judge, 1, threads=1)
     worlds.start(np.ones(1, dtype=bool))
     return [_judge_frame(worlds, frame) for frame in listed]
 
@@ -227,9 +216,7 @@ def _checked_frame(f: int, frame: Mapping[str, Any], n_agents: int) -> dict[str,
     out["track_id"] = out["track_id"].reshape(-1).astype(np.int64)
     tracks = len(out["track_id"])
     if len(np.unique(out["track_id"])) != tracks or (tracks and out["track_id"].min() < 0):
-        raise ValueError(
-            f"frame {f}: track ids must be different and not negative; got {out['track_id'].tolist()}"
-        )
+        raise ValueError(f"frame {f}: track ids must be different and not negative; got {out['track_id'].tolist()}")
     for name in ("expected", "detected", "held"):
         out[name] = out[name].reshape(n_agents, 0) if tracks == 0 and out[name].size == 0 else out[name]
         if out[name].shape != (n_agents, tracks):

@@ -146,20 +146,14 @@ class TrustEnv(ParallelEnv):
         try:
             for agent, row in zip(self.agents, self._staged_rows, strict=True):
                 action = actions[agent]
-                if (
-                    type(action) is not np.ndarray
-                    or action.shape != (shape,)
-                    or action.dtype.char not in "fd"
-                ):
+                if type(action) is not np.ndarray or action.shape != (shape,) or action.dtype.char not in "fd":
                     action = _as_action(agent, action, shape)
                 row[...] = action
         except KeyError:
             raise self._unfit_agents(actions) from None
         except (TypeError, ValueError) as error:
             raise ValueError(
-                str(error)
-                if "action of" in str(error)
-                else f"the action of {agent} must be {shape} numbers: {error}"  # pyright: ignore[reportPossiblyUnboundVariable]
+                str(error) if "action of" in str(error) else f"the action of {agent} must be {shape} numbers: {error}"  # pyright: ignore[reportPossiblyUnboundVariable]
             ) from None
         if len(actions) != len(self._staged_rows):
             raise self._unfit_agents(actions)
@@ -220,9 +214,7 @@ class TrustEnv(ParallelEnv):
         (`human`).
         """
         if self.render_mode is None:
-            gymnasium.logger.warn(
-                'render() without a render mode: pass render_mode="rgb_array", "human" or "ansi"'
-            )
+            gymnasium.logger.warn('render() without a render mode: pass render_mode="rgb_array", "human" or "ansi"')
             return None
         if not self._started:
             raise RuntimeError("call reset() before render()")
@@ -250,9 +242,7 @@ class TrustEnv(ParallelEnv):
             "_finite",
             "state_table",
         )
-        return {name: value for name, value in self.__dict__.items() if name not in bound} | {
-            "_renderer": None
-        }
+        return {name: value for name, value in self.__dict__.items() if name not in bound} | {"_renderer": None}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)

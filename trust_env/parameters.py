@@ -144,9 +144,7 @@ class Parameters:
             "noise_chol": np.linalg.cholesky(np.array(agent.sensor.covariance)),
             "injection_budget": min(agent.budget.injections, s.injection.slots),
             "suppression_budget": agent.budget.suppressions,
-            "initial_score": initial_score(
-                p_detect=belief.p_detect, beta_fp=belief.beta_fp, beta_nt=belief.beta_nt
-            ),
+            "initial_score": initial_score(p_detect=belief.p_detect, beta_fp=belief.beta_fp, beta_nt=belief.beta_nt),
             "hit_constant": math.log(belief.p_detect / (2 * math.pi * belief.beta_fp)),
             "miss_gain": math.log1p(-belief.p_detect),
         }

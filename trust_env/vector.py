@@ -105,22 +105,14 @@ class VectorEnv:
         if not np.isfinite(array).all():
             w, k, entry = np.argwhere(~np.isfinite(array))[0]
             raise ValueError(
-                "actions must be finite; "
-                f"world {w}, {self.possible_agents[k]}, entry {entry} is {array[w, k, entry]}"
+                f"actions must be finite; world {w}, {self.possible_agents[k]}, entry {entry} is {array[w, k, entry]}"
             )
         return array
 
     def _indices(self, name: str, values: Any) -> np.ndarray:
         array = np.asarray(values)
-        if (
-            array.shape != (self.num_worlds,)
-            or array.dtype.kind not in "iu"
-            or array.min() < 0
-            or array.max() >= 2**32
-        ):
-            raise ValueError(
-                f"option {name!r} must hold {self.num_worlds} integers from 0 to 2^32 - 1; got {values!r}"
-            )
+        if array.shape != (self.num_worlds,) or array.dtype.kind not in "iu" or array.min() < 0 or array.max() >= 2**32:
+            raise ValueError(f"option {name!r} must hold {self.num_worlds} integers from 0 to 2^32 - 1; got {values!r}")
         return array
 
     def close(self) -> None:

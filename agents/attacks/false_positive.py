@@ -125,9 +125,7 @@ class FalsePositive(Policy):
     def _draw_phantoms(self, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Positions uniform in the FOVs, velocities of uniform direction, for a phantom in every slot."""
         draws = self.draw(PLACE, 5 * self.position.shape[2]).reshape(*self.position.shape[:3], 5)
-        slow, fast = (
-            (self.speed, self.speed) if self.speed is not None else target_speeds(self.context.scenario)
-        )
+        slow, fast = (self.speed, self.speed) if self.speed is not None else target_speeds(self.context.scenario)
         speed = slow + np.ascontiguousarray(draws[..., 3]) * (fast - slow)
         east = np.stack([speed, np.zeros_like(speed)], axis=-1)
         return self.fovs.sample(pose, draws[..., :3]), _rotated(east, draws[..., 4])

@@ -21,9 +21,7 @@ class Timed(Policy):
 
     def __init__(self, inner: Any):
         if not isinstance(inner, PolicyLike):
-            raise invalid(
-                self.name, "inner", inner, f"a policy; build_policy('{self.name}(...)') takes names"
-            )
+            raise invalid(self.name, "inner", inner, f"a policy; build_policy('{self.name}(...)') takes names")
         self.inner = inner
         self.knowledge = knowledge_of(inner)
 

@@ -14,9 +14,7 @@ class Network:
 
     def __init__(self, tensors: dict[str, np.ndarray], config: dict[str, Any]):
         names = [*(f"pi.{i}" for i in range(len(config["layers"]) - 2)), "action"]
-        self._layers = [
-            (np.ascontiguousarray(tensors[f"{name}.weight"].T), tensors[f"{name}.bias"]) for name in names
-        ]
+        self._layers = [(np.ascontiguousarray(tensors[f"{name}.weight"].T), tensors[f"{name}.bias"]) for name in names]
         self._activate = {"tanh": np.tanh, "relu": _relu}[config["activation"]]
         self._mean, self._variance = tensors.get("obs_mean"), tensors.get("obs_var")
 

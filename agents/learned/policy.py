@@ -64,9 +64,7 @@ class Learned(Policy):
         trained, here = self.config["fields"], self._wrapper.fields
         for name in {**trained, **here}:
             if trained.get(name) != here.get(name):
-                raise self._wrong_size(
-                    f"entries of the field {name}", trained.get(name, 0), here.get(name, 0)
-                )
+                raise self._wrong_size(f"entries of the field {name}", trained.get(name, 0), here.get(name, 0))
         layers, space = self.config["layers"], self._wrapper.action_space
         if self._wrapper.observation_size != layers[0]:
             raise self._wrong_size("inputs", layers[0], self._wrapper.observation_size)

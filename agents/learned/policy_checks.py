@@ -60,9 +60,7 @@ def _check_config(config: Mapping[str, Any]) -> None:
         raise ValueError(f"config: choices = {shortened(choices)}: expected sizes that sum to {outputs}")
 
 
-def tensor_shapes(
-    layers: list[int], choices: list[int] | None, normalised: bool
-) -> dict[str, tuple[int, ...]]:
+def tensor_shapes(layers: list[int], choices: list[int] | None, normalised: bool) -> dict[str, tuple[int, ...]]:
     """The tensors of a policy and their shapes, by name."""
     shapes: dict[str, tuple[int, ...]] = {}
     for i, (before, after) in enumerate(pairwise(layers)):

@@ -96,9 +96,7 @@ def _header(data: bytes) -> dict[str, Any]:
         raise ValueError(f"it has {len(data)} bytes; expected a safetensors file of at most {MOST_BYTES}")
     if size > min(MOST_HEADER, len(data) - 8):
         limit = f"at most {MOST_HEADER}, and no more than the file's {len(data)}"
-        raise ValueError(
-            f"its header has {size} bytes; expected {limit}: a safetensors file that is complete"
-        )
+        raise ValueError(f"its header has {size} bytes; expected {limit}: a safetensors file that is complete")
     return _json("header", data[8 : 8 + size])
 
 

@@ -63,8 +63,7 @@ class ActionWrapper:
         shown = [
             field
             for field in context.observation_table.values()
-            if KNOWLEDGE[field.knowledge] <= KNOWLEDGE[self.knowledge]
-            and field.name not in self.hidden_fields
+            if KNOWLEDGE[field.knowledge] <= KNOWLEDGE[self.knowledge] and field.name not in self.hidden_fields
         ]
         self.fields = {field.name: field.slice.stop - field.slice.start for field in shown}
         self._slices = merge_adjacent(field.slice for field in shown)

@@ -7,10 +7,9 @@ import math
 import numpy as np
 import pytest
 from attack_runs import SHAPES, quiet
-from trust_env.scenario import Fovs
 
-from trust_env.scenario import load_scenario
-from trust_env.spaces.action import encode_action
+from trust_env.scenario import Fovs, load_scenario
+from trust_env.spaces.action import ActionTable
 from trust_env.vector import VectorEnv
 
 pytestmark = pytest.mark.core
@@ -37,7 +36,7 @@ class TestGeometry:
             box = fovs.boxes(pose)[:, :1, None]
             points = box[..., 0::2] + rng.random((16, 1, 4, 2)) * (box[..., 1::2] - box[..., 0::2])
             actions = np.zeros((16, 2, 28), dtype=np.float32)
-            actions[:, :1] = encode_action(env.scenario, box[..., 0, :], points)
+            actions[:, :1] = ActionTable(env.scenario).encode(box[..., 0, :], points)
             env.step(actions)
             reported = env.arrays.report_count[:, 0]
             rows = [env.arrays.report_detections[w, 0, c - 4 : c] for w, c in enumerate(reported)]
@@ -75,9 +74,7 @@ class TestGeometry:
         ]
         fovs = Fovs.of(load_scenario(quiet(agents)), np.arange(2))
         north = np.array([[1.0, 2.0, 0.0, 1.0]] * 2)  # at (1, 2), heading north
-        points = np.array(
-            [[[1.0, 11.0], [1.0, 12.1], [8.0, 8.9], [8.0, 9.1], [1.0, 2.0], [-1.0, 3.0], [-2.4, 2.5]]]
-        )
+        points = np.array([[[1.0, 11.0], [1.0, 12.1], [8.0, 8.9], [8.0, 9.1], [1.0, 2.0], [-1.0, 3.0], [-2.4, 2.5]]])
         assert fovs.contains(north, points).tolist() == [
             [True, False, False, True, True, False, False],
             [False, False, False, False, True, True, True],

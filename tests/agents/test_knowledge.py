@@ -15,9 +15,7 @@ pytestmark = pytest.mark.core
 
 class TestKnowledge:
     def test_too_little_knowledge_raises_and_names_both_levels(self) -> None:
-        with pytest.raises(
-            ValueError, match=r"'fov_aware' needs knowledge level 'poses'.*'patrol' gives 'own'"
-        ):
+        with pytest.raises(ValueError, match=r"'fov_aware' needs knowledge level 'poses'.*'patrol' gives 'own'"):
             check_knowledge(build_policy("fov_aware"), load_scenario("patrol"))
         with pytest.raises(ValueError, match=r"patrol\(knowledge=poses\)"):
             Player(vector_env("patrol"), {"adversary": "sleeper(inner=fov_aware)"})

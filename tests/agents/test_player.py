@@ -63,9 +63,7 @@ class TestPlayer:
 
         env = vector_env("trio")
         seen, _ = env.reset(1)
-        with pytest.raises(
-            ValueError, match=r"'short' returned actions of shape \[1, 1, 17\]; expected \[1, 1, 18\]"
-        ):
+        with pytest.raises(ValueError, match=r"'short' returned actions of shape \[1, 1, 17\]; expected \[1, 1, 18\]"):
             Player(env, {"adversary": Short()}).actions(seen)
 
     def test_missing_methods_and_calls_raise_with_what_is_missing(self) -> None:
@@ -75,7 +73,5 @@ class TestPlayer:
             Player(env, {"adversary": Policy()}).actions(seen)
         with pytest.raises(RuntimeError, match="false_positive: call reset"):
             build_policy("false_positive").act(seen[:, :1])
-        with pytest.raises(
-            TypeError, match="a player plays a parallel_env or a vector_env of trust_env; got 3"
-        ):
+        with pytest.raises(TypeError, match="a player plays a parallel_env or a vector_env of trust_env; got 3"):
             Player(3)

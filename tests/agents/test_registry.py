@@ -38,9 +38,7 @@ class TestNaming:
     def test_unknown_names_get_a_suggestion(self) -> None:
         with pytest.raises(ValueError, match="unknown policy 'false_positiv'; did you mean 'false_positive'"):
             build_policy("false_positiv")
-        with pytest.raises(
-            ValueError, match="'suppress' has no parameter 'fractoin'; did you mean 'fraction'"
-        ):
+        with pytest.raises(ValueError, match="'suppress' has no parameter 'fractoin'; did you mean 'fraction'"):
             build_policy("suppress(fractoin=0.5)")
         with pytest.raises(ValueError, match="'honest' has no parameter 'n'; it takes: none"):
             build_policy("honest(n=2)")

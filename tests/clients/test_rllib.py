@@ -39,9 +39,7 @@ def test_the_module_of_the_benign_agents_is_honest():
     from trust_env.training.examples.rllib import Honest
 
     env = trust_env.parallel_env("trio")
-    module = Honest(
-        observation_space=env.observation_space("benign_0"), action_space=env.action_space("benign_0")
-    )
+    module = Honest(observation_space=env.observation_space("benign_0"), action_space=env.action_space("benign_0"))
     chosen = module.forward_exploration({Columns.OBS: torch.ones(5, 78)})[Columns.ACTIONS]
     assert chosen.shape == (5, 18)
     assert not chosen.any()

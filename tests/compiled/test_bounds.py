@@ -7,20 +7,19 @@ import pytest
 from kernels import Bench, entry
 from numba.core import config
 
-from trust_env.compiled.jit import compiled
-from trust_env.world.fields import F, floats1, floats2
+from trust_env.compiled.kernels import kernel
 
 BOUNDSCHECK = config.BOUNDSCHECK  # pyright: ignore[reportAttributeAccessIssue]
 
 
-@compiled
+@kernel
 def read_area(world, index):
-    return floats1(world, F.area)[index]
+    return world.targets.area[index]
 
 
-@compiled
+@kernel
 def read_pose(world, k, axis):
-    return floats2(world, F.pose)[k, axis]
+    return world.agents.pose[k, axis]
 
 
 @entry
@@ -34,7 +33,7 @@ def test_reads_beyond_a_field_raise(index, k, axis):
     out = np.zeros(2)
     bench = Bench("patrol")
     run_reads(bench.world, np.int64(3), np.int64(4), np.int64(2), out)
-    assert out[0] == bench["area"][3] and out[1] == bench["pose"][4, 2]
+    assert out[0] == bench["target_area"][3] and out[1] == bench["pose"][4, 2]
     if not BOUNDSCHECK:
         pytest.skip("runs with NUMBA_BOUNDSCHECK=1")
     with pytest.raises(IndexError):

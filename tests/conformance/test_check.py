@@ -23,9 +23,7 @@ class Masked(Walkers):
     def __init__(self) -> None:
         super().__init__()
         self._choice = spaces.Discrete(3)
-        self._view = spaces.Dict(
-            {"observation": self._observation_space, "action_mask": spaces.MultiBinary(3)}
-        )
+        self._view = spaces.Dict({"observation": self._observation_space, "action_mask": spaces.MultiBinary(3)})
 
     def observation_space(self, agent: str) -> spaces.Dict:  # type: ignore[override]
         return self._view

@@ -148,7 +148,7 @@ class Listens:
     def update(self, e: Evidence) -> Verdict:
         w, k, j, d = self.shape
         there = e.status > 0
-        assert e.track_id.shape == e.status.shape == e.age.shape == e.score.shape == e.doomed.shape == (w, j)
+        assert e.track_id.shape == e.status.shape == e.age.shape == e.score.shape == e.to_delete.shape == (w, j)
         assert e.track_mean.shape == (w, j, 4) and e.track_cov.shape == (w, j, 4, 4)
         assert e.expected.shape == e.detected.shape == e.held.shape == (w, k, j)
         assert e.detections.shape == (w, k, d, 2) and e.assignment.shape == (w, k, d)
@@ -157,7 +157,7 @@ class Listens:
         assert e.frame.shape == e.dt.shape == (w,) and (e.dt == 1.0).all()
         assert ((e.track_id >= 0) == there).all() and (e.age[there] >= 1).all()
         assert e.existence_probability[there] == pytest.approx(1 / (1 + np.exp(-e.score[there])))
-        assert (e.confirmed == ((e.status == 2) & ~(e.doomed & there))).all()
+        assert (e.confirmed == ((e.status == 2) & ~(e.to_delete & there))).all()
         self.check_scores(e, there)
         self.check_hits(e, there)
         self.check_looks(e)
@@ -319,10 +319,7 @@ def test_keep_saves_tracks_that_the_tracker_would_delete():
         alive = kept.arrays.track_id[w, kept.arrays.track_status[w] > 0]
         assert set(range(12)) <= set(alive.tolist())
     lost = (
-        confirmed(kept)
-        & (kept.arrays.track_id < 12)
-        & (kept.arrays.track_unseen == 0)
-        & (kept.arrays.track_score < 0)
+        confirmed(kept) & (kept.arrays.track_id < 12) & (kept.arrays.track_unseen == 0) & (kept.arrays.track_score < 0)
     )
     assert lost.any(), "some of the kept tracks have no target any more"
     assert (kept.arrays.published == confirmed(kept)).all(), "what is kept is not about to be deleted"

@@ -14,7 +14,7 @@ from oracle import OracleCentre, OracleEvidence, OracleTrust, TrackerParams
 from paths import SHARED
 
 import trust_env
-from trust_env.spaces.action import encode_action
+from trust_env.spaces.action import ActionTable
 
 PUBLISHED = SHARED / "reference" / "cdc2024_cases.json"
 CASES = json.loads(PUBLISHED.read_text())["cases"] if PUBLISHED.exists() else {}
@@ -103,7 +103,7 @@ def final_trust(case: Mapping[str, Any], scenario: str, seed: int) -> tuple[np.n
     actions = np.zeros(arrays.action.shape, dtype=np.float32)
     for k, wanted in enumerate(places):
         if wanted:
-            actions[0, k] = encode_action(loaded, arrays.fov_box[0, k], np.array(wanted))
+            actions[0, k] = ActionTable(loaded).encode(arrays.fov_box[0, k], np.array(wanted))
     for _ in range(len(case["frames"])):
         env.step(actions)
     tracks = {}
@@ -167,9 +167,7 @@ def random_evidence(seed: int, n_agents: int, n_frames: int) -> list[dict[str, n
     return frames
 
 
-def judge_by_reference(
-    frames, preset: str, n_agents: int, dt: float, radius: float, **more
-) -> Iterator[OracleTrust]:
+def judge_by_reference(frames, preset: str, n_agents: int, dt: float, radius: float, **more) -> Iterator[OracleTrust]:
     """The reference's beliefs after every frame; it wants tracks in ascending order of their ids."""
     trust = OracleTrust(preset, n_agents=n_agents, dt=dt, **more)
     in_a_row: dict[tuple[int, int], Any] = {}
@@ -216,21 +214,15 @@ def test_random_evidence_as_by_the_reference(preset, seed):
 @pytest.mark.parametrize("preset", ["paper", "cdc2024", "mate"])
 def test_the_order_in_which_tracks_are_listed_does_not_matter(preset):
     frames = random_evidence(7, 3, 20)
-    listed = [
-        {name: frame[name] for name in ("track_id", "expected", "detected", "held")} for frame in frames
-    ]
+    listed = [{name: frame[name] for name in ("track_id", "expected", "detected", "held")} for frame in frames]
     rng = np.random.default_rng(0)
     shuffled = []
     for frame in listed:
         order = rng.permutation(len(frame["track_id"]))
         shuffled.append({name: value[..., order] for name, value in frame.items()})
-    for a, b in zip(
-        *(trust_env.replay_evidence(f, 3, f"trust(preset={preset})") for f in (listed, shuffled))
-    ):
+    for a, b in zip(*(trust_env.replay_evidence(f, 3, f"trust(preset={preset})") for f in (listed, shuffled))):
         assert b.agent_beliefs == [pytest.approx(belief, abs=1e-12) for belief in a.agent_beliefs]
-        assert b.track_beliefs == {
-            i: pytest.approx(belief, abs=1e-12) for i, belief in a.track_beliefs.items()
-        }
+        assert b.track_beliefs == {i: pytest.approx(belief, abs=1e-12) for i, belief in a.track_beliefs.items()}
 
 
 # --- by hand ------------------------------------------------------------------------------------------------
@@ -257,9 +249,7 @@ def test_one_frame_by_hand():
 @pytest.mark.nojit
 @pytest.mark.parametrize("preset", ["paper", "cdc2024", "mate"])
 def test_a_track_seen_by_one_agent_keeps_its_prior(preset):
-    verdicts = trust_env.replay_evidence(
-        one_track([1, 0, 0], [1, 1, 0], [1, 0, 0], 30), 3, f"trust(preset={preset})"
-    )
+    verdicts = trust_env.replay_evidence(one_track([1, 0, 0], [1, 1, 0], [1, 0, 0], 30), 3, f"trust(preset={preset})")
     for verdict in verdicts:
         assert verdict.track_beliefs[5] == pytest.approx((0.5, 0.5))
     assert verdicts[-1].agent_trust[1:] == pytest.approx([0.5, 0.5])
@@ -353,9 +343,7 @@ def test_the_centre_at_uneven_times_with_moving_agents_as_the_reference():
         beta_fp=1e-6, beta_nt=1e-9, process_noise=t.process_noise, gate=t.gate, capacity=t.max_tracks,
         initial_velocity_variance=t.initial_velocity_variance,
     )  # fmt: skip
-    reference = OracleCentre(
-        params, OracleTrust("paper", n_agents=3), hold_distance=scenario.evidence.hold_distance
-    )
+    reference = OracleCentre(params, OracleTrust("paper", n_agents=3), hold_distance=scenario.evidence.hold_distance)
     targets, now, confirmed = rng.uniform(-150, 150, (6, 2)), 0.0, 0
     poses = np.column_stack([rng.uniform(-50, 50, (3, 2)), rng.uniform(-3, 3, 3)])
     for f in range(50):

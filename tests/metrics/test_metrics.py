@@ -300,9 +300,7 @@ def _plainly(frames, scenario, horizon):
     ]
     agents = [(f.agent_trust[k], k in benign) for f in frames for k in range(len(roles))]
     accused = [
-        i
-        for i, f in enumerate(frames, 1)
-        if any(f.agent_trust[k] < at for k in range(len(roles)) if k not in benign)
+        i for i, f in enumerate(frames, 1) if any(f.agent_trust[k] < at for k in range(len(roles)) if k not in benign)
     ]
     injected = [i for i, f in enumerate(frames, 1) if f.metrics[1] > 0]
     late = frames[10:]
@@ -372,9 +370,7 @@ def test_one_world_gives_what_its_row_in_a_batch_gives():
         observations, *_, infos = env.step(player.actions(observations))
         alone.update(infos)
     row = {name: values[2] for name, values in batch.result().items()}
-    assert {name: values[0] for name, values in alone.result().items()} == pytest.approx(
-        row, nan_ok=True, abs=0
-    )
+    assert {name: values[0] for name, values in alone.result().items()} == pytest.approx(row, nan_ok=True, abs=0)
 
 
 def test_the_frames_gospa_is_the_functions():

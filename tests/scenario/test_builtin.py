@@ -67,9 +67,7 @@ def test_case1_and_case2_equal_those_of_the_authors(name: str) -> None:
     injections = [{"agent": i.agent, "position": list(i.position)} for i in case.injections]
     assert injections == theirs["false_positives"]
     assert {i.agent for i in case.injections} == {k for k, r in enumerate(case.roles) if r == "adversary"}
-    assert (case.fov.radius, case.dt, case.horizon) == tuple(
-        reference[key] for key in ("fov_radius", "dt", "frames")
-    )
+    assert (case.fov.radius, case.dt, case.horizon) == tuple(reference[key] for key in ("fov_radius", "dt", "frames"))
 
 
 def test_false_positives_of_the_cases_lie_in_the_fov_of_their_agent() -> None:

@@ -39,9 +39,7 @@ def test_order_duplicates_and_blank_lines_do_not_matter(csv_file) -> None:
     rough = read_recording(
         csv_file(' T , Y,ID,x,note\n\n2,0,a, 4,"z"\n1,9,a,9,z\n0,0,a,0,z\n1,0,a,3,z\n2,0,a,4,z\n'), 1.0
     )
-    np.testing.assert_array_equal(
-        rough.positions, tidy.positions
-    )  # of two rows at t = 1 the later one counts
+    np.testing.assert_array_equal(rough.positions, tidy.positions)  # of two rows at t = 1 the later one counts
     np.testing.assert_array_equal(rough.times, tidy.times)
 
 

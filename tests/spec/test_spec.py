@@ -82,9 +82,7 @@ def test_nothing_is_evaluated(tmp_path: Path) -> None:
     assert not mark.exists()
 
 
-_scalars = (
-    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | st.text()
-)
+_scalars = st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | st.text()
 _values = st.recursive(
     _scalars,
     lambda inner: (

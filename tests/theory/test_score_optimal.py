@@ -46,9 +46,7 @@ def frames_of_a_resting_track(order: str, p_detect: float) -> float:
 def test_score_optimal_frames_of_a_resting_track_equal_the_closed_form(p_detect):
     orders = [order for n in range(1, 6) for order in map("".join, itertools.product("AB", repeat=n))]
     for order in (order for order in orders if "A" in order):
-        frames = theory.score_optimal_frames(
-            order, p_detect=p_detect, initial_velocity_variance=0.0, process_noise=0.0
-        )
+        frames = theory.score_optimal_frames(order, p_detect=p_detect, initial_velocity_variance=0.0, process_noise=0.0)
         assert frames == frames_of_a_resting_track(order, p_detect), order
 
 

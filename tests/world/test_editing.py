@@ -9,7 +9,7 @@ import pytest
 from kernels import fov_of
 
 import trust_env
-from trust_env.spaces.action import action_table, encode_action
+from trust_env.spaces.action import ActionTable
 from trust_env.vector import VectorEnv
 
 INJECTED = -2  # `report_origin` of injection slot m is INJECTED - m
@@ -42,9 +42,7 @@ class Raw:
         low, high = self.box[0::2], self.box[1::2]
         places = [low + (np.clip(wanted[m, 1:], -1, 1) + 1) / 2 * (high - low) for m in fired]
         withheld = [
-            d
-            for d in range(min(len(self.points), self.agent.budget.suppressions))
-            if action[3 * self.slots + d] > 0
+            d for d in range(min(len(self.points), self.agent.budget.suppressions)) if action[3 * self.slots + d] > 0
         ]
         kept = [d for d in range(len(self.points)) if d not in withheld][: self.capacity - len(fired)]
         return [(self.points[d], self.origins[d]) for d in kept], fired, places
@@ -61,9 +59,7 @@ def check_reports(env: VectorEnv, raws: list[list[Raw]], actions: np.ndarray) ->
             report, origin = arrays.report_detections[w, k, :count], arrays.report_origin[w, k, :count]
             for d, (point, where_from) in enumerate(honest):
                 assert (report[d] == point).all() and origin[d] == where_from
-            for place, m, point, where_from in zip(
-                places, fired, report[len(honest) :], origin[len(honest) :]
-            ):
+            for place, m, point, where_from in zip(places, fired, report[len(honest) :], origin[len(honest) :]):
                 assert where_from == INJECTED - m
                 assert raw.holds(point)
                 if raw.holds(place):
@@ -142,8 +138,7 @@ def test_the_zero_action_is_the_honest_one():
 @pytest.mark.core
 def test_raw_detections_stand_by_distance_and_the_nearest_stay():
     wide, narrow = (
-        {"sensor": {"max_detections": d, "clutter_density": 1e-5}, "tracker": {"beta_fp": 1e-5}}
-        for d in (60, 5)
+        {"sensor": {"max_detections": d, "clutter_density": 1e-5}, "tracker": {"beta_fp": 1e-5}} for d in (60, 5)
     )
     envs = [env_of(injection={"slots": 2}, **more) for more in (wide, narrow)]
     dropped = 0
@@ -159,7 +154,7 @@ def test_raw_detections_stand_by_distance_and_the_nearest_stay():
             assert (few.raw_detections[w, k, :m] == full.raw_detections[w, k, :m]).all()
             assert (few.raw_origin[w, k, :m] == full.raw_origin[w, k, :m]).all()
             dropped += n - m
-        assert (full.overflow[:, 0] == 0).all() and few.overflow[:, 0].sum() == dropped
+        assert (full.overflow_detections == 0).all() and few.overflow_detections.sum() == dropped
         for env in envs:
             env.step(np.zeros(env.arrays.action.shape))
     assert dropped > 50
@@ -168,18 +163,18 @@ def test_raw_detections_stand_by_distance_and_the_nearest_stay():
 @pytest.mark.core
 def test_a_full_report_gives_up_its_farthest_honest_detections_and_counts_them():
     env = env_of(1, injection={"slots": 4, "benign": None}, sensor={"max_detections": 4})
-    table = action_table(env.scenario)
+    table = ActionTable(env.scenario)
     env.reset(seed=4)
     lost = 0
     for _ in range(20):
-        before, raw_counts = env.arrays.overflow[0, :2].copy(), env.arrays.raw_count[0].copy()
+        before, raw_counts = env.arrays.overflow_detections[0], env.arrays.raw_count[0].copy()
         actions = np.zeros(env.arrays.action.shape)
         actions[..., table["injections"]][..., 0::3][..., :3] = 1.0  # three of four slots
         env.step(actions)
         lost_now = int(np.maximum(raw_counts - 1, 0).sum())
         assert env.arrays.report_count[0].tolist() == (np.minimum(raw_counts, 1) + 3).tolist()
-        sensed = env.arrays.overflow[0, 0] - before[0] - lost_now  # what sensing the next frame dropped
-        assert sensed >= 0 and env.arrays.overflow[0, 1] == 0
+        sensed = env.arrays.overflow_detections[0] - before - lost_now  # what sensing the next frame dropped
+        assert sensed >= 0 and env.arrays.overflow_injections[0] == 0
         lost += lost_now
     assert lost > 20
 
@@ -189,11 +184,11 @@ def test_suppressed_detections_make_room():
     env = env_of(1, injection={"slots": 4, "benign": None}, sensor={"max_detections": 4})
     env.reset(seed=5)
     for _ in range(10):
-        before, n = env.arrays.overflow[0, 0], env.arrays.raw_count[0].copy()
+        before, n = env.arrays.overflow_detections[0], env.arrays.raw_count[0].copy()
         env.step(np.ones(env.arrays.action.shape))
         assert (env.arrays.report_count[0] == 4).all()
         assert (env.arrays.report_origin[0] == [[-2, -3, -4, -5]] * len(n)).all()
-        assert env.arrays.overflow[0, 0] - before <= env.arrays.raw_count[0].sum() + 4 * len(n)
+        assert env.arrays.overflow_detections[0] - before <= env.arrays.raw_count[0].sum() + 4 * len(n)
 
 
 def test_metres_to_actions_and_back():
@@ -202,16 +197,12 @@ def test_metres_to_actions_and_back():
     rng = np.random.default_rng(6)
     for _ in range(5):
         pose, box = env.arrays.pose.copy(), env.arrays.fov_box.copy()
-        places = pose[..., None, :2] + rng.uniform(
-            -200, 200, (*pose.shape[:2], 4, 2)
-        )  # inside the circle of 350 m
+        places = pose[..., None, :2] + rng.uniform(-200, 200, (*pose.shape[:2], 4, 2))  # inside the circle of 350 m
         fire = rng.random(places.shape[:-1]) < 0.6
         suppress = rng.random((*pose.shape[:2], env.scenario.sensor.max_detections)) < 0.3
         kept = ~suppress & (np.arange(suppress.shape[-1]) < env.arrays.raw_count[..., None])
-        honest = [
-            [env.arrays.raw_detections[w, k][kept[w, k]] for k in range(pose.shape[1])] for w in range(3)
-        ]
-        actions = encode_action(env.scenario, box, places, fire, suppress)
+        honest = [[env.arrays.raw_detections[w, k][kept[w, k]] for k in range(pose.shape[1])] for w in range(3)]
+        actions = ActionTable(env.scenario).encode(box, places, fire, suppress)
         assert actions.dtype == np.float32 and np.abs(actions).max() <= 1.0
         env.step(actions)
         for w, k in np.ndindex(fire.shape[:2]):
@@ -225,7 +216,7 @@ def test_places_outside_are_moved_to_the_edge():
     env.reset(seed=7)
     pose = env.arrays.pose[0].copy()
     far = pose[:, None, :2] + np.array([1e4, 1e4])
-    env.step(encode_action(env.scenario, env.arrays.fov_box, far[None]))
+    env.step(ActionTable(env.scenario).encode(env.arrays.fov_box, far[None]))
     for k in range(len(pose)):
         point = env.arrays.report_detections[0, k, env.arrays.report_count[0, k] - 1]
         edge = pose[k, :2] + 350.0 * np.sqrt(0.5) * (1 - 1e-6)

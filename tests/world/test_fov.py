@@ -11,7 +11,7 @@ from kernels import Bench, entry, fov_of, reach_of
 from oracle import Contains
 from scipy import stats
 
-from trust_env.world import fov, sensing
+from trust_env.world import agents, fov
 from trust_env.world.random import Key
 
 TRIANGLE = [[0.0, -20.0], [60.0, 0.0], [0.0, 20.0]]
@@ -57,7 +57,7 @@ def run_bounding_box(world, k, out):
 
 @entry
 def run_locate(world):
-    sensing.locate_fovs(world)
+    agents.locate_fovs(world)
 
 
 class Case:
@@ -113,9 +113,7 @@ def same_distribution(a: np.ndarray, b: np.ndarray) -> bool:
     return result.pvalue > 1e-4
 
 
-@pytest.fixture(
-    params=[(name, i) for name in FOVS for i in range(len(POSES))], ids=lambda p: f"{p[0]}-{p[1]}"
-)
+@pytest.fixture(params=[(name, i) for name in FOVS for i in range(len(POSES))], ids=lambda p: f"{p[0]}-{p[1]}")
 def case(request) -> Case:
     name, i = request.param
     return Case(FOVS[name], POSES[i])
@@ -158,9 +156,7 @@ def test_clutter_fills_the_fov_evenly(case):
     run_sample(case.bench.world, case.k, sample)
     assert case.contains(sample).mean() > 1.0 - 1e-3
     assert len(np.unique(sample[:, 0])) > 0.99 * n
-    uniform = case.around(
-        400_000, factor=1.0
-    )  # rejection sampling, as the other way to the same distribution
+    uniform = case.around(400_000, factor=1.0)  # rejection sampling, as the other way to the same distribution
     uniform = uniform[case.contains(uniform)]
     if len(uniform) < 500:
         return  # too narrow to compare with
@@ -195,9 +191,7 @@ def test_edges_by_hand():
 @pytest.mark.nojit
 def test_moved_by_hand():
     circle = Case(FOVS["circle"], (10.0, 0.0, 0.0))
-    assert circle.move_inside(np.array([[110.0, 0.0]])) == pytest.approx(
-        np.array([[10 + 50 * (1 - 1e-6), 0.0]])
-    )
+    assert circle.move_inside(np.array([[110.0, 0.0]])) == pytest.approx(np.array([[10 + 50 * (1 - 1e-6), 0.0]]))
     sector = Case(FOVS["sector"], POSES[0])  # opens 30 degrees to each side
     moved = sector.move_inside(np.array([[0.0, 20.0], [100.0, 0.0], [-10.0, -1e-3]]))
     root = math.sqrt(3.0)

@@ -18,9 +18,7 @@ MASK = 0xFFFFFFFF
 
 @entry
 def run_philox(counter, key, out):
-    out[0], out[1], out[2], out[3] = random.philox(
-        counter[0], counter[1], counter[2], counter[3], key[0], key[1]
-    )
+    out[0], out[1], out[2], out[3] = random.philox(counter[0], counter[1], counter[2], counter[3], key[0], key[1])
 
 
 @entry
@@ -131,9 +129,7 @@ def test_every_part_of_the_key_matters():
 
 
 def test_no_two_streams_share_their_numbers():
-    streams = {
-        getattr(random, name) for name in dir(random) if name.isupper() and len(name) > 1 and name[0] != "_"
-    }
+    streams = {getattr(random, name) for name in dir(random) if name.isupper() and len(name) > 1 and name[0] != "_"}
     assert streams == set(range(8))
     blocks = [draws(run_uniform_pairs, 500, stream=s)[:, 0] for s in streams]
     assert len(np.unique(np.concatenate(blocks))) == 8 * 500
@@ -145,9 +141,7 @@ def test_draws_do_not_depend_on_the_batch():
     worlds, episodes, frames = [5, 0, 9, 5], [0, 3, 1, 1], [7, 0, 2, 7]
     together = uniforms(3, worlds, episodes, random.POLICY, frames, 6)
     for w in range(4):
-        alone = uniforms(
-            3, worlds[w : w + 1], episodes[w : w + 1], random.POLICY, frames[w : w + 1], 4, first=2
-        )
+        alone = uniforms(3, worlds[w : w + 1], episodes[w : w + 1], random.POLICY, frames[w : w + 1], 4, first=2)
         assert (together[w, 2:] == alone[0]).all()
 
 

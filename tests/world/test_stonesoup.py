@@ -23,17 +23,13 @@ CLUTTERED: dict[str, Any] = {
     "sensor": {"clutter_density": 3e-6, "max_detections": 40},
     "tracker": {"beta_fp": 3e-6},
 }
-Frames = list[
-    tuple[list[np.ndarray], np.ndarray]
-]  # per frame, the scans of all agents [n, 2] and the truth [n, 2]
+Frames = list[tuple[list[np.ndarray], np.ndarray]]  # per frame, the scans of all agents [n, 2] and the truth [n, 2]
 
 
 def gospa(estimates: np.ndarray, truth: np.ndarray) -> float:
     """α = 2 (Rahmathullah, García-Fernández & Svensson 2017)."""
     n, m = len(estimates), len(truth)
-    distance = (
-        np.hypot(*(estimates[:, None] - truth[None]).transpose(2, 0, 1)) if n and m else np.zeros((n, m))
-    )
+    distance = np.hypot(*(estimates[:, None] - truth[None]).transpose(2, 0, 1)) if n and m else np.zeros((n, m))
     cost = np.minimum(distance, CUTOFF) ** ORDER
     pairs = linear_sum_assignment(cost)
     return float((cost[pairs].sum() + CUTOFF**ORDER / 2 * abs(n - m)) ** (1 / ORDER))
@@ -87,9 +83,7 @@ def run_stonesoup(frames: Frames, scenario: Any, *, hits: int, misses: int, tent
 
     predictor, updater, measurement, prior = models(scenario)
     gate = float(np.sqrt(chi2.ppf(scenario.tracker.gate, 2)))
-    associator = GNNWith2DAssignment(
-        DistanceHypothesiser(predictor, updater, Mahalanobis(), missed_distance=gate)
-    )
+    associator = GNNWith2DAssignment(DistanceHypothesiser(predictor, updater, Mahalanobis(), missed_distance=gate))
     initiator = MultiMeasurementInitiator(
         prior_state=prior,
         measurement_model=measurement,
@@ -180,7 +174,5 @@ def test_three_sensors_with_the_default_rules():
     for seed in range(2):
         frames, error, loaded = run_ours(CLUTTERED | {"team": team}, seed, frames=40)
         ours.append(error)
-        theirs.append(
-            [run_stonesoup(frames, loaded, hits=h, misses=m, tentative_misses=2) for h, m in counts]
-        )
+        theirs.append([run_stonesoup(frames, loaded, hits=h, misses=m, tentative_misses=2) for h, m in counts])
     assert np.mean(ours) <= 1.02 * np.mean(theirs, axis=0).min()

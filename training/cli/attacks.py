@@ -18,9 +18,7 @@ def list_attacks(as_json: Json = False) -> None:
 
 
 def show_attack(
-    name: Annotated[
-        Positional[str], arg(help="an attack, my_file.py:MyPolicy, or the folder of a training run")
-    ],
+    name: Annotated[Positional[str], arg(help="an attack, my_file.py:MyPolicy, or the folder of a training run")],
     as_json: Json = False,
 ) -> None:
     """What an attack does, what it must know, and its parameters with their defaults."""

@@ -10,9 +10,7 @@ from trust_env.training.cli.options import CHECK_FAILED, OK, Json, print_report
 
 
 def benchmark(
-    quick: Annotated[
-        bool, arg(help="shorter turns, and no compiling: some ten seconds instead of minutes")
-    ] = False,
+    quick: Annotated[bool, arg(help="shorter turns, and no compiling: some ten seconds instead of minutes")] = False,
     as_json: Json = False,
 ) -> int:
     """Speed, as ratios to peers timed in the same run. Exit code 1: a ratio is below what is wanted."""

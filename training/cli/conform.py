@@ -13,9 +13,7 @@ def conform(
     scenario: Annotated[str | None, arg(help="scenarios, separated by commas; default: all built in")] = None,
     defense: Annotated[str | None, arg(help="defenses, separated by commas; default: all built in")] = None,
     env: Annotated[str | None, arg(help="my_file.py:make_env, a ParallelEnv of your own, instead")] = None,
-    attack: Annotated[
-        str | None, arg(help="who plays the adversaries; default: random actions of all")
-    ] = None,
+    attack: Annotated[str | None, arg(help="who plays the adversaries; default: random actions of all")] = None,
     data: Data = None,
     seed: Seed = 0,
     max_seconds: Annotated[float, arg(help="follow an episode for at most this long")] = 5.0,

@@ -33,9 +33,7 @@ def evaluate(
         Literal["monitor", "filter", "remove", "weight"] | None, arg(help="what a verdict does")
     ] = None,
     data: Data = None,
-    max_cycles: Annotated[
-        int | None, arg(help="frames per episode, in place of the scenario's horizon")
-    ] = None,
+    max_cycles: Annotated[int | None, arg(help="frames per episode, in place of the scenario's horizon")] = None,
     settings: Annotated[
         Repeated,
         arg(

@@ -48,9 +48,7 @@ class Conformance:
         console.print(table)
         for report in self.reports:
             for name in report.failed:
-                console.print(
-                    f"{report.environment}: {name}: {report[name].detail}", markup=False, style="red"
-                )
+                console.print(f"{report.environment}: {name}: {report[name].detail}", markup=False, style="red")
 
 
 def conform(
@@ -113,9 +111,7 @@ def _environments(
         scenario = load_scenario(scenario, knowledge=sufficient_knowledge(scenario, *policies))
         for defense in defenses or trust_env.defenses():
             trust_env.parallel_env(scenario, defense).close()  # raises what is wrong with the arguments
-            makes = (
-                functools.partial(make, scenario, defense) for make in (trust_env.parallel_env, trust_env.env)
-            )
+            makes = (functools.partial(make, scenario, defense) for make in (trust_env.parallel_env, trust_env.env))
             subjects.append((f"{scenario.name} x {defense}", *makes))
     return subjects
 

@@ -24,9 +24,7 @@ _BYTES_PER_EPISODE = 1024  # of results.parquet, generously
 class RunFolder:
     """`cells`: those that an earlier run of the same configuration has finished."""
 
-    def __init__(
-        self, path: str | Path, configuration: Mapping[str, Any], episodes: int, resume: bool = False
-    ):
+    def __init__(self, path: str | Path, configuration: Mapping[str, Any], episodes: int, resume: bool = False):
         """ValueError for a folder that may not be used, OSError for one that cannot be written."""
         self.path = Path(path).expanduser()
         self._configuration = json.loads(json.dumps(configuration))  # as it will be read back
@@ -41,9 +39,7 @@ class RunFolder:
         if ROWS in found:
             self.cells = self._load()
         elif found:
-            raise ValueError(
-                f"{self.path}: there is no {ROWS} to resume from, but other files ({found[0]}, ...)"
-            )
+            raise ValueError(f"{self.path}: there is no {ROWS} to resume from, but other files ({found[0]}, ...)")
         remove_unfinished(self.path)
 
     def _load(self) -> list[Cell]:
@@ -63,9 +59,7 @@ class RunFolder:
     def _require_space(self, episodes: int) -> None:
         needed, free = 2**20 + 2 * episodes * _BYTES_PER_EPISODE, shutil.disk_usage(self.path).free
         if free < needed:
-            raise OSError(
-                errno.ENOSPC, f"{needed / 2**20:.0f} MiB needed, {free / 2**20:.1f} free", str(self.path)
-            )
+            raise OSError(errno.ENOSPC, f"{needed / 2**20:.0f} MiB needed, {free / 2**20:.1f} free", str(self.path))
 
     def save(self, results: Results) -> None:
         """Write all cells of `results` to both files."""

@@ -29,9 +29,7 @@ def train(updates: int = 2, scenario: str = "trio", defense: str = "score", seed
     env = PzDummyVecEnv(trust_env.parallel_env(scenario, defense))
     env.reset(seed=seed)  # AgileRL's own resets go on from here
     names, frames = env.possible_agents, 200
-    seen, act = (
-        [space(name) for name in names] for space in (env.single_observation_space, env.single_action_space)
-    )
+    seen, act = ([space(name) for name in names] for space in (env.single_observation_space, env.single_action_space))
     net = {"encoder_config": {"hidden_size": [64, 64]}}
     learner = Recorded(seen, act, names, learn_step=frames, batch_size=100, lr=3e-4, net_config=net)
     start = {role: weights(actor) for role, actor in learner.actors.items()}

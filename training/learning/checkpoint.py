@@ -54,9 +54,7 @@ class Checkpoints:
                 tell(f"{fault}; the one before is taken")
                 file.replace(file.with_suffix(".damaged"))
         if files:
-            raise ValueError(
-                f"{self.folder}: none of the {len(files)} checkpoints can be read; nothing to resume"
-            )
+            raise ValueError(f"{self.folder}: none of the {len(files)} checkpoints can be read; nothing to resume")
         return None
 
 

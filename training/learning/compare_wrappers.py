@@ -45,9 +45,7 @@ def _row(out: Path, wrapper: str, defense: str, seed: int, steps: int, scenario:
     from trust_env.training.learning.train import train
 
     folder, start = out / f"{wrapper}-{defense}-{seed}-{steps}", time.perf_counter()
-    run = train(
-        scenario, defense, steps, seed, folder, wrapper=wrapper, overrides={"evaluation.every": steps}
-    )
+    run = train(scenario, defense, steps, seed, folder, wrapper=wrapper, overrides={"evaluation.every": steps})
     seconds = time.perf_counter() - start
     metrics = evaluate(scenario, [str(run.folder)], defense, episodes).cells[0].metrics
     names = ("damage_per_frame", "false_tracks_per_frame", "missing_targets_per_frame")

@@ -63,9 +63,7 @@ class GymVectorEnv(gymnasium.vector.VectorEnv):
         self._begin(np.ones(self.num_envs, dtype=bool))
         return self.learners.reset(seed), {}
 
-    def step(
-        self, actions: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+    def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         observations, rewards, truncated, info = self.learners.step(actions)
         self._returns += rewards
         self._lengths += 1
@@ -167,9 +165,7 @@ class AdversaryEnv(gymnasium.Env):
         if self._renderer is None:
             from trust_env.render import make_renderer
 
-            self._renderer = make_renderer(
-                self.learners.env.worlds, self.render_mode, self.metadata["render_fps"]
-            )
+            self._renderer = make_renderer(self.learners.env.worlds, self.render_mode, self.metadata["render_fps"])
         return self._renderer.draw()
 
     def close(self) -> None:

@@ -49,9 +49,7 @@ class Learners:
         autoreset: bool = True,
     ):
         own = {} if knowledge is None else {"knowledge": knowledge}
-        self.env = VectorEnv(
-            load_scenario(scenario, **own), defense, num_worlds, max_cycles, threads, autoreset=False
-        )
+        self.env = VectorEnv(load_scenario(scenario, **own), defense, num_worlds, max_cycles, threads, autoreset=False)
         self.scenario, self.num_worlds = self.env.scenario, num_worlds
         self.agents = _indices(self.scenario, learner_role)
         self.learner_role, self.stagger, self.autoreset = learner_role, stagger, autoreset
@@ -147,9 +145,7 @@ class Learners:
         """Continue from a snapshot. ValueError if it comes from learners constructed in another way."""
         rows, own = np.asarray(state["rows"]), self.env.worlds.rows
         if rows.shape != own.shape or rows.dtype != own.dtype:
-            raise ValueError(
-                f"the snapshot holds worlds of {list(rows.shape)} bytes; these need {list(own.shape)}"
-            )
+            raise ValueError(f"the snapshot holds worlds of {list(rows.shape)} bytes; these need {list(own.shape)}")
         own[...] = rows
         self._ends[...] = state["ends"]
         self._started = bool(state["started"])

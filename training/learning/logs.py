@@ -82,9 +82,7 @@ class AppendedCsv(KVWriter):
         if self._file.tell() == 0:
             self._add([name.partition("/")[2] for name in columns])
 
-    def write(
-        self, key_values: dict[str, Any], key_excluded: dict[str, tuple[str, ...]], step: int = 0
-    ) -> None:
+    def write(self, key_values: dict[str, Any], key_excluded: dict[str, tuple[str, ...]], step: int = 0) -> None:
         self._add([_text(key_values.get(name)) for name in self._columns])
 
     def _add(self, row: list[str]) -> None:

@@ -149,6 +149,4 @@ def _shown(session: Session, progress: bool) -> Iterator[tuple[Callable[[int], N
 
 def _evaluations(folder: Path) -> list[dict[str, float]]:
     with open(folder / "evaluations.csv", newline="", encoding="utf-8") as lines:
-        return [
-            {name: float(value) for name, value in line.items() if value} for line in csv.DictReader(lines)
-        ]
+        return [{name: float(value) for name, value in line.items() if value} for line in csv.DictReader(lines)]

@@ -83,9 +83,7 @@ class TrainingFolder:
         here = _digests(config, scenario)
         for file, before in found["files"].items():
             if here.get(file) != before:
-                raise ValueError(
-                    f"{file}: it has changed since the run in {self.path} began; expected it as it was"
-                )
+                raise ValueError(f"{file}: it has changed since the run in {self.path} began; expected it as it was")
         self._write_run([*found["sessions"], _session()], here)
 
     def _write_run(self, sessions: list[dict[str, Any]], files: Mapping[str, str]) -> None:

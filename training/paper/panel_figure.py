@@ -24,9 +24,7 @@ def panel_figure(published: Mapping[PanelKey, Panel], ours: Mapping[PanelKey, Pa
 
     figure = Figure(figsize=(13.0, 6.6), layout="constrained")
     axes = figure.subplots(2, len(published), sharex=True, sharey=True, squeeze=False)
-    figure.suptitle(
-        f"Trust in the two case studies: lines ours (preset {preset}), dots published", fontweight="bold"
-    )
+    figure.suptitle(f"Trust in the two case studies: lines ours (preset {preset}), dots published", fontweight="bold")
     for column, key in enumerate(published):
         case, trusted = key
         title = f"Case {case[-1]}, {'strong prior on agent 1' if trusted else 'no prior'}"
@@ -59,7 +57,5 @@ def _draw_curves(
     """Curves [n, T]. The authors count frames from 0 and have no tracks in it, we count from 1."""
     axis.axhline(0.5, color=_GREY, lw=0.8, ls=(0, (2, 3)))
     for row, (label, colour) in enumerate(zip(labels, colours, strict=True)):
-        axis.plot(
-            np.arange(1, ours.shape[1] + 1), ours[row], "-", lw=1.4, color=colour, label=label, alpha=0.9
-        )
+        axis.plot(np.arange(1, ours.shape[1] + 1), ours[row], "-", lw=1.4, color=colour, label=label, alpha=0.9)
         axis.plot(np.arange(published.shape[1]), published[row], "o", ms=2.6, color=colour, mec="none")

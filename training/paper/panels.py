@@ -31,9 +31,7 @@ VARIANTS = {
 """Estimators by name; paper*: the two switches that make the difference between `paper` and the figures."""
 
 
-def simulated_panels(
-    variant: str, seeds: int, advance: Callable[[int], Any] = lambda _: None
-) -> dict[PanelKey, Panel]:
+def simulated_panels(variant: str, seeds: int, advance: Callable[[int], Any] = lambda _: None) -> dict[PanelKey, Panel]:
     """Means over `seeds` worlds of every panel; `advance(1)` is called after every one."""
     panels = {}
     for key in panel_keys():
@@ -66,9 +64,7 @@ def _defense(variant: str, trusted: bool) -> str:
 def _trust_at(venv: VectorEnv, places: np.ndarray) -> np.ndarray:
     """Trust in the confirmed track at every place, mean over the worlds that have one; NaN: none has."""
     a = venv.arrays
-    distance = np.linalg.norm(
-        a.track_mean[:, None, :, :2] - places[None, :, None], axis=-1
-    )  # [W, J, columns]
+    distance = np.linalg.norm(a.track_mean[:, None, :, :2] - places[None, :, None], axis=-1)  # [W, J, columns]
     distance[np.broadcast_to((a.track_status != CONFIRMED)[:, None], distance.shape)] = np.inf
     trust = np.take_along_axis(a.track_trust, distance.argmin(axis=2), axis=1)
     trust[distance.min(axis=2) > venv.scenario.metrics.match_distance] = np.nan

@@ -81,9 +81,7 @@ def published_panels() -> dict[PanelKey, Panel]:
 
 
 def _panel(data: dict[str, Any]) -> Panel:
-    tracks, agents = (
-        np.array([row["mean"] for row in data[name]], dtype=float) for name in ("tracks", "agents")
-    )
+    tracks, agents = (np.array([row["mean"] for row in data[name]], dtype=float) for name in ("tracks", "agents"))
     return Panel(tracks, agents)
 
 
@@ -99,9 +97,7 @@ def evidence(key: PanelKey) -> list[dict[str, Any]]:
     for frame in range(_published()["frames"]):
         ids = [i for i, track in enumerate(tracks) if track["first_frame"] <= frame]
         expected, detected = (
-            np.array([[k in tracks[i][name] for i in ids] for k in range(N_AGENTS)], dtype=bool).reshape(
-                N_AGENTS, -1
-            )
+            np.array([[k in tracks[i][name] for i in ids] for k in range(N_AGENTS)], dtype=bool).reshape(N_AGENTS, -1)
             for name in ("in_fov_of", "detected_by")
         )
         frames.append({"track_id": ids, "expected": expected, "detected": detected, "held": detected})

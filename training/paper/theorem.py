@@ -83,9 +83,7 @@ def theorem_row(n_adversaries: int, n_benign: int, order: str, seeds: int) -> Th
     team = {"n_adversaries": n_adversaries, "n_benign": n_benign, "order": f"adversaries_{order}"}
     scenario = load_scenario("theorem", **team)
     belief, filtering = theory_arguments(scenario)
-    change = theory.max_score_change(
-        n_adversaries, n_benign, p_detect=belief["p_detect"], beta_fp=belief["beta_fp"]
-    )
+    change = theory.max_score_change(n_adversaries, n_benign, p_detect=belief["p_detect"], beta_fp=belief["beta_fp"])
     simulated, gain = first_confirmed(scenario, OPTIMAL_ATTACK, 2, scenario.horizon)
     frames = OTHER_ATTACK_FRAMES
     others = {policy: first_confirmed(scenario, policy, seeds, frames) for policy in OTHER_ATTACKS}

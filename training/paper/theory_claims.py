@@ -100,9 +100,7 @@ def _optimal(rows: Sequence[TheoremRow]) -> Verdict:
 
 def _few_adversaries(rows: Sequence[TheoremRow]) -> Verdict:
     """The abstract's "significantly vulnerable to even small numbers of adversaries"."""
-    alone = max(
-        (row.n_benign for row in rows if row.n_adversaries == 1 and math.isfinite(row.simulated)), default=-1
-    )
+    alone = max((row.n_benign for row in rows if row.n_adversaries == 1 and math.isfinite(row.simulated)), default=-1)
     two = max((row.simulated for row in rows if row.n_adversaries == 2), default=math.inf)
     most = max(row.n_benign for row in rows)
     return _verdict(

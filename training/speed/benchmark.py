@@ -78,10 +78,7 @@ def _subjects() -> tuple[dict[str, Run], dict[str, VectorEnv], dict[str, str]]:
         STONESOUP: lambda: stone_soup.stonesoup_subject(recorded),
         ZERO_COST: training_step.zero_cost_subject,
         TRAIN: training_step.train_subject,
-    } | {
-        _crowded_name(name): (lambda venv=venv: subjects.vector_subject(venv))
-        for name, venv in crowded.items()
-    }
+    } | {_crowded_name(name): (lambda venv=venv: subjects.vector_subject(venv)) for name, venv in crowded.items()}
     timed, skipped = {}, {}
     for name, make in makers.items():
         try:

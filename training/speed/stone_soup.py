@@ -75,7 +75,5 @@ class _Scans:
         for frame in range(len(self._recorded.reports)):
             now = start + timedelta(seconds=frame * dt)
             for points in self._recorded.detections(frame):
-                found = (
-                    Detection(p[:, None], timestamp=now, measurement_model=self._measurement) for p in points
-                )
+                found = (Detection(p[:, None], timestamp=now, measurement_model=self._measurement) for p in points)
                 yield now, set(found)

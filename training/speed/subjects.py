@@ -98,7 +98,7 @@ def centre_subject(recorded: RecordedEpisode) -> Run:
                 worlds.start(every)
                 a.pose[0] = recorded.poses
             reports[...], counts[...] = recorded.reports[frame], recorded.counts[frame]
-            worlds.run_frame(engine.TRACK, 0)
+            worlds.run_frame(engine.TRACK_AS_REPORTED, 0)
             a.frame[0] += 1
 
     return run

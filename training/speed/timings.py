@@ -92,9 +92,7 @@ class Timings:
         console.print(f"import trust_env: {seconds:.2f} s, {light}", markup=False)
         if "compiling_seconds" in self.startup:
             compiled, cached = self.startup["compiling_seconds"], self.startup["from_cache_seconds"]
-            console.print(
-                f"first frame: {compiled:.1f} s compiling, {cached:.1f} s from the cache", markup=False
-            )
+            console.print(f"first frame: {compiled:.1f} s compiling, {cached:.1f} s from the cache", markup=False)
         for name, reason in self.skipped.items():
             console.print(f"skipped: {name}: {reason}", markup=False)
 

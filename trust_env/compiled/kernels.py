@@ -29,14 +29,13 @@ def kernel(function: Callable[..., Any], inline: bool = False) -> Any:
         return numba.njit(function)
     if PLAIN:
         return numba.njit(**OPTIONS)(function)
-    compiled: Any = numba.njit(**OPTIONS, no_cpython_wrapper=True, forceinline=inline)(function)
+    options: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True, "forceinline": inline}
+    compiled: Any = numba.njit(**options)(function)
     resolve = compiled.get_call_template
 
     def get_call_template(args: Any, kws: Any) -> Any:
         with _linking_only():
-            return resolve(
-                tuple(map(unliteral, args)), {name: unliteral(value) for name, value in kws.items()}
-            )
+            return resolve(tuple(map(unliteral, args)), {name: unliteral(value) for name, value in kws.items()})
 
     compiled.get_call_template = get_call_template
     return compiled

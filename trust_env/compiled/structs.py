@@ -260,8 +260,7 @@ def _located(builder: Any, typ: Any, value: Any, attr: str) -> tuple[Field, Any,
     field = GROUPS[typ.group][attr]
     base, layout = (builder.extract_value(value, i) for i in (field.buffer, len(BUFFERS)))
     shape = [
-        _WORD(int(axis)) if axis.isdigit() else _table_entry(builder, layout, LETTERS[axis])
-        for axis in field.axes
+        _WORD(int(axis)) if axis.isdigit() else _table_entry(builder, layout, LETTERS[axis]) for axis in field.axes
     ]
     return field, builder.add(base, _table_entry(builder, layout, field.slot)), shape
 

@@ -110,9 +110,7 @@ def _next_episode(subject: Subject, env: Env) -> list[Frame]:
     return [begin(env)] if subject.passed("unseeded_second_reset") else []
 
 
-def _compare(
-    subject: Subject, expected: list[Frame], found: list[Frame], names: tuple[str, str], fault: str
-) -> None:
+def _compare(subject: Subject, expected: list[Frame], found: list[Frame], names: tuple[str, str], fault: str) -> None:
     difference = first_difference(expected, found, names)
     if difference:
         subject.fail_if_deterministic(f"taken at frame {_middle(subject)}, {fault}: {difference}")

@@ -87,9 +87,7 @@ class Report:
 
     def __str__(self) -> str:
         width = max((len(result.name) for result in self.results), default=0)
-        lines = [
-            f"{r.status:7}  {r.name:{width}}  {r.seconds:6.2f} s  {r.detail}".rstrip() for r in self.results
-        ]
+        lines = [f"{r.status:7}  {r.name:{width}}  {r.seconds:6.2f} s  {r.detail}".rstrip() for r in self.results]
         return "\n".join([*lines, self.summary()])
 
     def __rich__(self) -> Table:

@@ -49,8 +49,7 @@ def build_defense(defense: Any) -> BuiltIn | Defense:
     ):
         return defense
     raise TypeError(
-        "a defense is a name, or an object with `reset(shape, worlds)` and `update(evidence)`; "
-        f"got {defense!r}"
+        f"a defense is a name, or an object with `reset(shape, worlds)` and `update(evidence)`; got {defense!r}"
     )
 
 

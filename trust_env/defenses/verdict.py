@@ -37,9 +37,7 @@ def apply_verdict(defense: Any, verdict: Any, evidence: Evidence, arrays: Mappin
     arrays["agent_weight"][...] = np.nan_to_num(weight, nan=1.0)
 
 
-def _checked(
-    defense: str, field: str, value: Any, shape: tuple[int, ...], probabilities: bool = False
-) -> np.ndarray:
+def _checked(defense: str, field: str, value: Any, shape: tuple[int, ...], probabilities: bool = False) -> np.ndarray:
     what = f"{defense}: {field}"
     try:
         array = np.asarray(value)

@@ -52,9 +52,7 @@ class EpisodeMetrics:
     def __init__(self, env: Any):
         env = getattr(env, "unwrapped", env)
         if getattr(env, "autoreset", False):
-            raise ValueError(
-                "metrics need the last frame of an episode: make the environment with autoreset=False"
-            )
+            raise ValueError("metrics need the last frame of an episode: make the environment with autoreset=False")
         self._worlds = env.worlds
         self._adversary = self._worlds.roles > 0  # bool[K]
         self._accuse_below = self._worlds.scenario.metrics.accuse_below

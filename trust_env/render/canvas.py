@@ -48,9 +48,7 @@ class Canvas:
         """What has been drawn, in `size` pixels."""
         return pygame.transform.smoothscale(self.surface, self.size)
 
-    def rectangle(
-        self, x: float, y: float, width: float, height: float, colour: Colour, radius: float = 0
-    ) -> None:
+    def rectangle(self, x: float, y: float, width: float, height: float, colour: Colour, radius: float = 0) -> None:
         box = pygame.Rect(*(round(v * _OVERSAMPLING) for v in (x, y, width, height)))
         pygame.draw.rect(self.surface, colour, box, border_radius=round(radius * _OVERSAMPLING))
 

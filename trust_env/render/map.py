@@ -55,9 +55,7 @@ def _draw_agents(canvas: Canvas, camera: Camera, agents: list[Agent]) -> None:
         canvas.text(label, (x, y), role_colour(agent.adversary), _TEXT_SIZE, halo=BACKGROUND)
 
 
-def _place_label(
-    camera: Camera, at: np.ndarray, width: float, placed: list[_Interval]
-) -> tuple[float, float]:
+def _place_label(camera: Camera, at: np.ndarray, width: float, placed: list[_Interval]) -> tuple[float, float]:
     """Where a label of this width stands: x of its left end, y of its middle, pixels."""
     x = min(at[0] + 9, camera.box[0] + camera.box[2] - width - 4)
     y = at[1]

@@ -94,9 +94,7 @@ def _draw_trust(canvas: Canvas, column: _Column, top: float, bottom: float, scen
         _draw_bar(canvas, bars, middle, 0.42 * row, agent, scene.accuse_below)
 
 
-def _draw_names_and_numbers(
-    canvas: Canvas, column: _Column, middles: list[float], size: int, scene: Scene
-) -> _Column:
+def _draw_names_and_numbers(canvas: Canvas, column: _Column, middles: list[float], size: int, scene: Scene) -> _Column:
     """What is left between them, for the bars."""
     labels = panel_labels(scene.agents)
     for agent, label, middle in zip(scene.agents, labels, middles, strict=True):
@@ -111,9 +109,7 @@ def _draw_number(canvas: Canvas, right: float, middle: float, agent: Agent, size
     canvas.text(text, (right, middle), colour, size, right=True)
 
 
-def _draw_bar(
-    canvas: Canvas, bar: _Column, middle: float, height: float, agent: Agent, accuse_below: float
-) -> None:
+def _draw_bar(canvas: Canvas, bar: _Column, middle: float, height: float, agent: Agent, accuse_below: float) -> None:
     """Trust from 0 to 1, its standard deviation as a whisker; all grey where the defense has no opinion.
 
     The tick is the trust below which an agent counts as accused.

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from trust_env.world.fields import FRAME_METRICS
 from trust_env.world.origin import FIRST_INJECTION
 from trust_env.world.tracking.score import CONFIRMED
 

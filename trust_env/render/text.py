@@ -74,9 +74,7 @@ def _characters(scene: Scene) -> list[tuple[np.ndarray, str]]:
 def _cell(extent: Extent, position: np.ndarray) -> tuple[int, int]:
     """Row and column."""
     x_min, x_max, y_min, y_max = extent
-    width = max(
-        (x_max - x_min) / COLUMNS, (y_max - y_min) / ROWS / 2
-    )  # of a column, m; a row is twice as high
+    width = max((x_max - x_min) / COLUMNS, (y_max - y_min) / ROWS / 2)  # of a column, m; a row is twice as high
     column = COLUMNS / 2 + (position[0] - (x_min + x_max) / 2) / width
     row = ROWS / 2 - (position[1] - (y_min + y_max) / 2) / (2 * width)
     return math.floor(row), math.floor(column)

@@ -100,9 +100,7 @@ class ScenarioFields(Part):
         }
         own = role if entry.budget is None else role | entry.budget.model_dump(exclude_none=True)
         slots = {"injections": self.injection.slots, "suppressions": self.sensor.max_detections}
-        return Budget(
-            **{name: most if own[name] is None else min(own[name], most) for name, most in slots.items()}
-        )
+        return Budget(**{name: most if own[name] is None else min(own[name], most) for name, most in slots.items()})
 
     def _position_of(self, k: int) -> Point | None:
         """m, the position of agent k by `team.placement`; None when every reset draws it."""

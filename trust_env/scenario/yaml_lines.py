@@ -63,9 +63,7 @@ def _read(text: str, file: str) -> tuple[dict[str, Any], dict[Location, int]]:
     return loader.construct_document(root), lines
 
 
-def _lines(
-    node: yaml.Node, at: Location, file: str, above: tuple[yaml.Node, ...]
-) -> Iterator[tuple[Location, int]]:
+def _lines(node: yaml.Node, at: Location, file: str, above: tuple[yaml.Node, ...]) -> Iterator[tuple[Location, int]]:
     if node in above:
         raise ScenarioError([f"{file}, line {node.start_mark.line + 1}: an alias contains itself"])
     for key, line, value in _entries(node, file):

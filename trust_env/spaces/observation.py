@@ -155,10 +155,7 @@ class ObservationTable(Mapping[str, Field]):
     def markdown(self) -> str:
         """The table as documentation."""
         rows = ["| field | entries | shape | meaning and scaling |", "| --- | --- | --- | --- |"]
-        rows += [
-            f"| `{f.name}` | {f.slice.start}:{f.slice.stop} | {list(f.shape)} | {f.unit} |"
-            for f in self.values()
-        ]
+        rows += [f"| `{f.name}` | {f.slice.start}:{f.slice.stop} | {list(f.shape)} | {f.unit} |" for f in self.values()]
         return "\n".join(rows)
 
 

@@ -75,9 +75,7 @@ class _Filter:
         return cov - cov[:, :2] @ np.linalg.solve(self.innovation_cov(cov), cov[:2, :])
 
 
-def _planar_filter(
-    noise_cov: ArrayLike | None, velocity_variance: float, process_noise: float, dt: float
-) -> _Filter:
+def _planar_filter(noise_cov: ArrayLike | None, velocity_variance: float, process_noise: float, dt: float) -> _Filter:
     """The constant-velocity filter with white-noise acceleration; raises ValueError for invalid arguments."""
     require_positive(dt=dt)
     require_non_negative(process_noise=process_noise, initial_velocity_variance=velocity_variance)

@@ -54,9 +54,7 @@ def set_distances(world, n_estimates, n_truths, cutoff, order):
 
 def _distances(scratch, layout, n_estimates, n_truths, numbers):
     world, values = world_at(0, 0, scratch, 0, layout), floats_at(numbers, 6)
-    values[2], values[3], values[4], values[5] = set_distances(
-        world, n_estimates, n_truths, values[0], values[1]
-    )
+    values[2], values[3], values[4], values[5] = set_distances(world, n_estimates, n_truths, values[0], values[1])
 
 
 _run = Entry(_distances)

@@ -21,9 +21,7 @@ class TestFalsePositive:
         found = env.arrays.track_mean[0, shown, :2]
         listed = np.array([case.position for case in scenario.injections])
         assert shown.sum() == 2 and env.arrays.published[0].sum() == 6
-        np.testing.assert_allclose(
-            found[np.argsort(found[:, 0])], listed[np.argsort(listed[:, 0])], atol=1e-5
-        )
+        np.testing.assert_allclose(found[np.argsort(found[:, 0])], listed[np.argsort(listed[:, 0])], atol=1e-5)
 
     def test_listed_injections_are_replayed_by_agent_whatever_n(self) -> None:
         for name in ("case1", "case2"):
@@ -51,9 +49,7 @@ class TestFalsePositive:
             size = 25 * 40 * 2 * 4
             assert abs(np.mean(fired) - rate) < 5 * math.sqrt(rate * (1 - rate) / size)
         agents = [{"role": "adversary"}, {"role": "adversary", "sensor": {"p_detect": 0.5}}]
-        fired = [
-            a[..., :12:3] > 0 for _, a in play({"base": "patrol", "agents": agents}, "false_positive", 25, 40)
-        ]
+        fired = [a[..., :12:3] > 0 for _, a in play({"base": "patrol", "agents": agents}, "false_positive", 25, 40)]
         np.testing.assert_allclose(np.mean(fired, axis=(0, 1, 3)), [0.9, 0.5], atol=0.05)
 
     def test_start_and_period_pick_the_frames(self) -> None:

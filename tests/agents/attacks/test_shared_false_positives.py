@@ -21,9 +21,7 @@ class TestTheorem:
 
     @pytest.mark.parametrize("order", ["adversaries_first", "adversaries_last"])
     @pytest.mark.parametrize("team", TEAMS, ids=str)
-    def test_the_injected_track_is_confirmed_in_exactly_that_frame(
-        self, team: tuple[int, int], order: str
-    ) -> None:
+    def test_the_injected_track_is_confirmed_in_exactly_that_frame(self, team: tuple[int, int], order: str) -> None:
         text = f"theorem(n_adversaries={team[0]}, n_benign={team[1]}, order={order})"
         scenario, worlds = load_scenario(text), 3
         expected = score_optimal_frames(scenario.roles)
@@ -43,13 +41,11 @@ class TestTheorem:
             points = injected(env)[:, :2, 0]
             np.testing.assert_allclose(points[:, 0], points[:, 1], atol=1e-4)
             np.testing.assert_allclose(env.arrays.track_mean[:, 0, :2], points[:, 0], atol=1e-4)
-            assert (env.arrays.columns[:, 0] == 1).all()
+            assert (env.arrays.track_count == 1).all()
             assert np.linalg.norm(points, axis=-1).max() < 96.0  # well inside the FOV, radius 100 m
 
     def test_start_is_the_number_of_honest_frames(self) -> None:
-        counts = [
-            env.arrays.report_count[0, 0] for env, _ in play("theorem", "optimal_false_positive(start=3)", 6)
-        ]
+        counts = [env.arrays.report_count[0, 0] for env, _ in play("theorem", "optimal_false_positive(start=3)", 6)]
         assert counts == [0, 0, 0, 1, 1, 1]
 
 
@@ -73,9 +69,7 @@ class TestCoalition:
         assert len(np.unique(first.round(3).reshape(-1, 2), axis=0)) == 400
 
     def test_a_narrow_intersection_is_found(self) -> None:
-        agents = [
-            {"role": "adversary", "position": [x, 0.0]} for x in (-99.5, 99.5)
-        ]  # 1 m of 200 m is shared
+        agents = [{"role": "adversary", "position": [x, 0.0]} for x in (-99.5, 99.5)]  # 1 m of 200 m is shared
         *_, (env, _) = play(quiet(agents), "optimal_false_positive(n=1)", 1, 50)
         points = injected(env)
         assert (~np.isnan(points[..., 0])).sum() == 100
@@ -112,9 +106,7 @@ class TestCoalition:
         assert mean["fov_aware(hit_rate=1)"] < 0.5 * mean["false_positive(hit_rate=1)"]
 
     def test_max_honest_limits_the_honest_agents_that_see_a_phantom(self) -> None:
-        scenario = load_scenario(
-            "theorem", knowledge="poses"
-        )  # two honest agents at the same place see everything
+        scenario = load_scenario("theorem", knowledge="poses")  # two honest agents at the same place see everything
         for limit, count in ((0, 0), (1, 0), (2, 1)):
             *_, (env, _) = play(scenario, f"fov_aware(max_honest={limit})", 1)
             assert env.arrays.report_count[0, 0] == count

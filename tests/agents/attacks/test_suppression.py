@@ -25,9 +25,7 @@ class TestSuppress:
     def test_a_track_that_nobody_else_sees_is_deleted(self) -> None:
         """A miss costs ln(0.1) = -2.30; below -10 after five of them."""
         scenario = load_scenario(self.ALONE, **{"targets.speed": [0.0, 0.0], "tracker.confirmed_drop": 10.0})
-        shown = [
-            env.arrays.published[0].sum() for env, _ in play(scenario, "suppress(choice=all, start=10)", 16)
-        ]
+        shown = [env.arrays.published[0].sum() for env, _ in play(scenario, "suppress(choice=all, start=10)", 16)]
         assert shown[9:] == [4, 4, 4, 4, 4, 0, 0]
 
     def test_a_fraction_of_half_deletes_half_of_the_tracks(self) -> None:
@@ -51,9 +49,7 @@ class TestSuppress:
         return out
 
     @pytest.mark.parametrize(("fraction", "count"), [(0.25, 1), (0.5, 2), (0.6, 3), (1.0, 4)])
-    def test_the_nearest_targets_stay_chosen_when_they_are_no_longer_nearest(
-        self, fraction: float, count: int
-    ) -> None:
+    def test_the_nearest_targets_stay_chosen_when_they_are_no_longer_nearest(self, fraction: float, count: int) -> None:
         moving = {"velocities": [[15.0, 0.0], [0.0, 10.0], [10.0, 0.0], [0.0, 10.0]]}
         tracker = {"initial_velocity_variance": 100.0, "process_noise": 0.1}
         scenario = load_scenario(self.ALONE | {"targets": self.ALONE["targets"] | moving, "tracker": tracker})

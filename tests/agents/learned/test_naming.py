@@ -46,9 +46,7 @@ class TestNaming:
 
     def test_errors_name_what_is_missing(self, tmp_path: Path) -> None:
         (tmp_path / "empty").mkdir()
-        with pytest.raises(
-            ValueError, match=f"empty: there is no {FILE} in this folder; expected the folder"
-        ):
+        with pytest.raises(ValueError, match=f"empty: there is no {FILE} in this folder; expected the folder"):
             build_policy(str(tmp_path / "empty"))
         with pytest.raises(ValueError, match="runs/none: there is no such file; expected"):
             build_policy("runs/none")

@@ -70,9 +70,7 @@ class TestPlay:
         tensors["log_std"] += np.log(np.float32(0.3))
         save_policy(path, tensors, config)
         actions = actions_of(f"learned(path='{path}', sampled=True)", np.arange(200))
-        drawn = actions[
-            :, :, [k for k, role in enumerate(load_scenario(SCENARIO).roles) if role == "adversary"]
-        ]
+        drawn = actions[:, :, [k for k, role in enumerate(load_scenario(SCENARIO).roles) if role == "adversary"]]
         assert abs(drawn.mean()) < 0.005 and abs(drawn.std() - 0.3) < 0.005
         assert not actions_of(str(path), np.arange(2)).any()
 

@@ -131,9 +131,7 @@ class TestFile:
 
     def test_malformed_files_raise_and_are_named(self, tmp_path: Path) -> None:
         for name, (file, expected) in malformed(tmp_path).items():
-            with pytest.raises(
-                ValueError, match=f"(?s){file}: not the file of a learned policy: .*"
-            ) as fault:
+            with pytest.raises(ValueError, match=f"(?s){file}: not the file of a learned policy: .*") as fault:
                 load_policy(file)
             assert fault.match(expected), name
             with pytest.raises(ValueError, match=expected):
@@ -190,8 +188,6 @@ class TestFile:
         key=st.sampled_from(list(SMALL_CONFIG)),
     )
     @settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-    def test_any_value_in_the_config_loads_or_raises_value_error(
-        self, tmp_path: Path, key: str, value: Any
-    ) -> None:
+    def test_any_value_in_the_config_loads_or_raises_value_error(self, tmp_path: Path, key: str, value: Any) -> None:
         loaded, fault = load_or_error(write_unchecked(tmp_path / "any", **{key: value}))
         assert loaded is not None or "any: not the file of a learned policy: " in fault

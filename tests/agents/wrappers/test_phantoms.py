@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 from gymnasium.spaces import Box, MultiDiscrete
-from trust_env.scenario import Fovs
 from wrapper_runs import ADVERSARIES, SHAPES, drawn, injected, off_agent, patrol, play, pointing
+
+from trust_env.scenario import Fovs
 
 pytestmark = pytest.mark.core
 

@@ -22,9 +22,7 @@ def test_the_outward_frame_rotates_observations(wrapper: str) -> None:
     for name, pairs in (("pose", 2), ("detections", 16), ("poses", 10)):
         field = slice(start[name], start[name] + 2 * pairs)
         expected = plain[0, :, field].reshape(2, pairs, 2) @ [1.0, 1.0j] * turn[:, None]
-        np.testing.assert_allclose(
-            turned[0, :, field].reshape(2, pairs, 2) @ [1.0, 1.0j], expected, atol=1e-6
-        )
+        np.testing.assert_allclose(turned[0, :, field].reshape(2, pairs, 2) @ [1.0, 1.0j], expected, atol=1e-6)
     np.testing.assert_allclose(turned[0, :, start["pose"]], np.hypot(*pose[:2].T) / 850.0, atol=1e-6)
     np.testing.assert_array_equal(turned[..., start["fovs"] :], plain[..., start["fovs"] :])
 
@@ -35,6 +33,4 @@ def test_outward_phantoms_are_placed_away_from_the_middle_of_the_area() -> None:
     for k in ADVERSARIES:
         pose = env.arrays.pose[0, k, :2]
         np.testing.assert_allclose(injected(env, k), [pose * (1.0 + 350.0 / np.hypot(*pose))], atol=1e-2)
-    np.testing.assert_allclose(
-        wrapper.observe(env.arrays.observation[:, ADVERSARIES])[0, :, -12], 0.8, atol=1e-5
-    )
+    np.testing.assert_allclose(wrapper.observe(env.arrays.observation[:, ADVERSARIES])[0, :, -12], 0.8, atol=1e-5)

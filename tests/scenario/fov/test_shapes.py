@@ -116,9 +116,7 @@ def test_an_fov_has_the_same_bits_alone_and_among_other_shapes() -> None:
     poses, draws = poses_of(n), rng.random((4, n, 50, 3))
     together = fovs_of(CASES)
     samples, boxes = together.sample(poses, draws), together.boxes(poses)
-    points = (
-        samples + rng.normal(size=samples.shape) * np.array([fov_of(c).reach for c in CASES])[:, None, None]
-    )
+    points = samples + rng.normal(size=samples.shape) * np.array([fov_of(c).reach for c in CASES])[:, None, None]
     contained, well_inside = together.contains(poses, points), together.contains(poses, points, 0.2)
     assert 0.05 < contained.mean() < 0.95
     for k, case in enumerate(CASES):

@@ -4,7 +4,7 @@ import json
 
 import trust_env
 from trust_env.agents import POLICIES
-from trust_env.defenses.trust_presets import PRESETS
+from trust_env.defenses.trust_switches import PRESETS
 
 
 def test_lists_name_everything_that_is_registered(cli):

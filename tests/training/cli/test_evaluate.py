@@ -65,11 +65,7 @@ def test_actuation_and_knowledge_reach_the_scenario(cli):
 
 
 def test_data_names_the_recording_that_is_played(cli, tmp_path):
-    rows = [
-        f"{t},{name},{x + 100 * t},{y}"
-        for t in range(0, 300, 10)
-        for name, x, y in (("a", 0, 0), ("b", 0, 9000))
-    ]
+    rows = [f"{t},{name},{x + 100 * t},{y}" for t in range(0, 300, 10) for name, x, y in (("a", 0, 0), ("b", 0, 9000))]
     (tmp_path / "traffic.csv").write_text("\n".join(["t,id,x,y", *rows]) + "\n")
     arguments = ("--scenario", "skies", "--data", tmp_path / "traffic.csv", "--episodes", "3", "--json")
     code, out, err = cli("evaluate", *arguments, "--set", "team.placement=together")

@@ -39,9 +39,7 @@ def test_the_program_runs_as_a_module():
 
 def test_building_the_parser_loads_nothing_heavy():
     code = "import sys; from trust_env.training.cli import main; main.build_app(); print(*sys.modules)"
-    loaded = subprocess.run(
-        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
-    )
+    loaded = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert not {"torch", "numba", "scipy", "pettingzoo", "pyarrow", "matplotlib"} & set(loaded.stdout.split())
 
 
@@ -57,8 +55,6 @@ def test_arguments_that_cannot_be_parsed_have_exit_code_2(cli, arguments):
 
 
 def test_a_closed_pipe_is_no_error():
-    command = (
-        f"{sys.executable} -m trust_env.training.cli scenarios show crowd | head -1; exit ${{PIPESTATUS[0]}}"
-    )
+    command = f"{sys.executable} -m trust_env.training.cli scenarios show crowd | head -1; exit ${{PIPESTATUS[0]}}"
     done = subprocess.run(["bash", "-c", command], cwd=ROOT, capture_output=True, text=True)
     assert (done.returncode, done.stdout, done.stderr) == (0, "name: crowd\n", "")

@@ -98,9 +98,7 @@ def test_metrics_respond_to_the_attack_and_to_the_defense(run):
     difference = results.difference((attack, "score"), ("honest", "score"), "injected_tracks_per_frame")
     assert difference is not None
     assert difference.low > 0.5
-    back = results.difference(
-        results["honest", "score"], results[attack, "score"], "injected_tracks_per_frame"
-    )
+    back = results.difference(results["honest", "score"], results[attack, "score"], "injected_tracks_per_frame")
     assert back is not None
     assert back.iqm == -difference.iqm
     assert results.difference((attack, "score"), (attack, trust), "adversary_auroc") is None
@@ -120,9 +118,7 @@ def _same(a: Results, b: Results) -> bool:
 
 def test_a_cell_does_not_depend_on_batch_size_or_on_other_cells(run, monkeypatch):
     results, _ = run
-    monkeypatch.setattr(
-        sys.modules["trust_env.training.evaluation.evaluate"], "MAX_WORLDS", 4
-    )  # 3 + 3 worlds
+    monkeypatch.setattr(sys.modules["trust_env.training.evaluation.evaluate"], "MAX_WORLDS", 4)  # 3 + 3 worlds
     alone = training.evaluate(attacks="optimal_false_positive(n=1)", defenses=["score"], **SMALL)
     expected = results["optimal_false_positive(n=1)", "score"].metrics
     assert all(np.array_equal(alone.cells[0].metrics[n], expected[n], equal_nan=True) for n in METRICS)
@@ -184,9 +180,7 @@ def test_defenses_of_the_user_are_taken_by_file_and_as_objects(tmp_path):
 
     (tmp_path / "mine.py").write_text(_DEFENSE + "\n# changed\n")
     with pytest.raises(ValueError, match=r"another configuration.*files.*mine.py"):
-        training.evaluate(
-            attacks="honest", defenses=[spec, "score"], out=tmp_path / "out", resume=True, **SMALL
-        )
+        training.evaluate(attacks="honest", defenses=[spec, "score"], out=tmp_path / "out", resume=True, **SMALL)
 
 
 # --- folders -----------------------------------------------------------------------------------------
@@ -200,9 +194,7 @@ def _evaluate(out, **changes):
 def test_nothing_is_overwritten(tmp_path):
     first = _evaluate(tmp_path / "out")
     stamp = (tmp_path / "out" / "results.parquet").read_bytes()
-    with pytest.raises(
-        ValueError, match=r"out: the folder is not empty .* nothing is overwritten; .*--resume"
-    ):
+    with pytest.raises(ValueError, match=r"out: the folder is not empty .* nothing is overwritten; .*--resume"):
         _evaluate(tmp_path / "out")
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "thesis.tex").write_text("mine")

@@ -44,9 +44,7 @@ def test_folders_that_cannot_be_used_raise(run, tmp_path):
         train(out=tmp_path)
     with pytest.raises(ValueError, match=r"expected a folder, this is a file"):
         train(out=tmp_path / "notes.txt")
-    with pytest.raises(
-        ValueError, match=r"there is no config\.yaml in it; expected the folder of a training run"
-    ):
+    with pytest.raises(ValueError, match=r"there is no config\.yaml in it; expected the folder of a training run"):
         training.train(resume=tmp_path)
     with pytest.raises(ValueError, match="there is no such folder"):
         training.train(resume=tmp_path / "nowhere")

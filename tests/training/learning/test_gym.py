@@ -22,9 +22,7 @@ pytestmark = pytest.mark.core
 
 @pytest.mark.parametrize("wrapper", ["raw", "phantoms", "grid"])
 def test_adversary_env_passes_gymnasiums_checker(wrapper: str) -> None:
-    env: Any = gymnasium.make(
-        "trust_env.training.learning.gym:TrustEnv/Adversary-v0", scenario="trio", wrapper=wrapper
-    )
+    env: Any = gymnasium.make("trust_env.training.learning.gym:TrustEnv/Adversary-v0", scenario="trio", wrapper=wrapper)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         check_env(env.unwrapped)
@@ -94,9 +92,7 @@ def test_vector_env_reports_as_gymnasiums_own_does() -> None:
 
 
 def test_gymnasiums_vector_wrappers_work() -> None:
-    env: Any = gymnasium.wrappers.vector.RecordEpisodeStatistics(
-        GymVectorEnv("trio", num_worlds=3, max_cycles=4)
-    )
+    env: Any = gymnasium.wrappers.vector.RecordEpisodeStatistics(GymVectorEnv("trio", num_worlds=3, max_cycles=4))
     env.reset(seed=0)
     total = np.zeros(3)
     for frame in range(4):

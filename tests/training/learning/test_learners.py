@@ -74,9 +74,7 @@ def test_benign_learners_get_the_negative_mean_of_the_adversaries() -> None:
     for _ in range(10):
         _, gains, _, _ = adversaries.step(np.zeros((4, 28)))
         _, losses, _, _ = benign.step(np.zeros((6, 28)))
-        np.testing.assert_allclose(
-            losses.reshape(2, 3), -gains.reshape(2, 2).mean(axis=1)[:, None].repeat(3, 1)
-        )
+        np.testing.assert_allclose(losses.reshape(2, 3), -gains.reshape(2, 2).mean(axis=1)[:, None].repeat(3, 1))
 
 
 def test_a_seed_repeats_its_episodes_and_an_unseeded_reset_begins_the_next() -> None:

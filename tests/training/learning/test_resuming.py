@@ -16,8 +16,7 @@ import yaml
 from paths import ROOT
 from training_runs import PROGRAM, ROLLOUT, SMALL, interrupted, lines, logged, same, saved, train, weights
 
-from trust_env import files
-from trust_env import training
+from trust_env import files, training
 from trust_env.training.cli.main import main
 
 pytestmark = pytest.mark.extra("train")

@@ -94,9 +94,7 @@ def test_values_are_bootstrapped_at_the_horizon() -> None:
 
         def step_wait(self) -> Any:
             seen, rewards, dones, infos = self.venv.step_wait()
-            self.final |= {
-                (self.frame, i): infos[i]["terminal_observation"] for i in np.flatnonzero(dones).tolist()
-            }
+            self.final |= {(self.frame, i): infos[i]["terminal_observation"] for i in np.flatnonzero(dones).tolist()}
             self.frame += 1
             return seen, np.ones_like(rewards), dones, infos
 

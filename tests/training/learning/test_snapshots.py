@@ -37,9 +37,7 @@ class Remembering:
     ],
 )
 @pytest.mark.parametrize("wrapper", ["phantoms", "grid"])
-def test_a_snapshot_continues_bit_for_bit(
-    defense: Any, others: dict[str, Any], role: str, wrapper: str
-) -> None:
+def test_a_snapshot_continues_bit_for_bit(defense: Any, others: dict[str, Any], role: str, wrapper: str) -> None:
     def build() -> Learners:
         own = defense() if isinstance(defense, type) else defense
         return Learners("patrol", own, 3, wrapper, others, max_cycles=9, learner_role=role, stagger=True)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from training_runs import ROLLOUT, SMALL, interrupted, lines, logged, same, train, weights
 
-from trust_env import files, training
+from trust_env import training
 from trust_env.agents.learned.policy_file import load_policy
 from trust_env.metrics import METRICS
 from trust_env.spaces.observation import KNOWLEDGE
@@ -50,9 +50,7 @@ def test_evaluations_are_those_of_the_policy_on_held_out_worlds(run):
     assert [int(row["steps"]) for row in rows] == [0, 2 * ROLLOUT, 3 * ROLLOUT]
     assert set(rows[0]) == {"steps", *METRICS}
     config = load_configuration(SMALL)
-    played = training.evaluate(
-        "trio(horizon=20)", str(run.folder), "trust", 4, config.evaluation.seed, progress=False
-    )
+    played = training.evaluate("trio(horizon=20)", str(run.folder), "trust", 4, config.evaluation.seed, progress=False)
     damage = played.cells[0].metrics["damage_per_frame"].mean()
     assert float(rows[-1]["damage_per_frame"]) == pytest.approx(damage, rel=1e-5)
     assert run.evaluations[-1]["damage_per_frame"] == float(rows[-1]["damage_per_frame"])

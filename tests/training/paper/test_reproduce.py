@@ -97,9 +97,7 @@ def test_panels_follow_the_authors_frame_by_frame(report):
 
 def test_a_panel_is_the_same_when_simulated_again():
     one, again = (simulated_panel(("case2", True), "paper", 3) for _ in range(2))
-    assert np.array_equal(one.tracks, again.tracks, equal_nan=True) and np.array_equal(
-        one.agents, again.agents
-    )
+    assert np.array_equal(one.tracks, again.tracks, equal_nan=True) and np.array_equal(one.agents, again.agents)
 
 
 # --- Theorem 1 ------------------------------------------------------------------------------------------
@@ -221,9 +219,7 @@ def test_figures_are_written(report, tmp_path):
 
     paths = write_figures(tmp_path / "new" / "folder", report.theorem, report.panels)
     assert sorted(path.name for path in paths) == ["theorem_1.png", "trust_cdc2024.png", "trust_paper.png"]
-    assert all(
-        path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n" and path.stat().st_size > 20_000 for path in paths
-    )
+    assert all(path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n" and path.stat().st_size > 20_000 for path in paths)
 
 
 def test_missing_matplotlib_raises_before_anything_is_computed(monkeypatch, tmp_path):

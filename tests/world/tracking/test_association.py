@@ -10,7 +10,6 @@ import pytest
 from kernels import Bench, entry
 from scipy.optimize import linear_sum_assignment
 
-from trust_env.world.fields import F, floats1, ints1
 from trust_env.world.tracking import association
 
 SIZE = 40  # rows and columns that the bench has room for
@@ -19,29 +18,27 @@ SIZE = 40  # rows and columns that the bench has room for
 @entry
 def run_most_pairs(world, start, column, cost, rows, columns, row_column, column_row):
     for r in range(rows + 1):
-        ints1(world, F.pair_start)[r] = start[r]
+        world.pairs.start[r] = start[r]
     for p in range(start[rows]):
-        ints1(world, F.pair_column)[p] = column[p]
-        floats1(world, F.pair_cost)[p] = cost[p]
-    association.most_pairs_then_least_cost(world, rows, columns)
+        world.pairs.column[p], world.pairs.cost[p] = column[p], cost[p]
+    association.max_cardinality_assignment(world, rows, columns)
     for r in range(rows):
-        row_column[r] = ints1(world, F.row_column)[r]
+        row_column[r] = world.matching.row_column[r]
     for c in range(columns):
-        column_row[c] = ints1(world, F.column_row)[c]
+        column_row[c] = world.matching.column_row[c]
 
 
 @entry
 def run_assign(world, start, column, cost, rows, columns, unassigned_cost, row_column, column_row):
     for r in range(rows + 1):
-        ints1(world, F.pair_start)[r] = start[r]
+        world.pairs.start[r] = start[r]
     for p in range(start[rows]):
-        ints1(world, F.pair_column)[p] = column[p]
-        floats1(world, F.pair_cost)[p] = cost[p]
-    association.assign(world, rows, columns, unassigned_cost)
+        world.pairs.column[p], world.pairs.cost[p] = column[p], cost[p]
+    association.least_cost_assignment(world, rows, columns, unassigned_cost)
     for r in range(rows):
-        row_column[r] = ints1(world, F.row_column)[r]
+        row_column[r] = world.matching.row_column[r]
     for c in range(columns):
-        column_row[c] = ints1(world, F.column_row)[c]
+        column_row[c] = world.matching.column_row[c]
 
 
 @pytest.fixture(scope="module")
@@ -80,9 +77,7 @@ def best_by_enumeration(allowed: np.ndarray, cost: np.ndarray, unassigned_cost: 
         if len({c for _, c in pairs}) < len(pairs) or not all(allowed[pair] for pair in pairs):
             continue
         price = total(pairs, cost)
-        key = (
-            (-len(pairs), price) if unassigned_cost is None else price + unassigned_cost * (rows - len(pairs))
-        )
+        key = (-len(pairs), price) if unassigned_cost is None else price + unassigned_cost * (rows - len(pairs))
         best = key if best is None else min(best, key)
     return best
 

@@ -16,7 +16,7 @@ from paths import TRAFFIC
 import trust_env
 from trust_env.defenses.trust import Trust
 from trust_env.scenario import Scenario
-from trust_env.spaces.action import encode_action
+from trust_env.spaces.action import ActionTable
 from trust_env.theory import score_optimal_frames
 from trust_env.vector import VectorEnv
 
@@ -59,8 +59,7 @@ class Reference(OracleCentre):
         self.radius = [reach_of(scenario, k) for k in range(len(agents))]
         self.noise = [np.array(agent.sensor.covariance) for agent in agents]
         self.beliefs = {
-            name: [getattr(agent.belief, name) for agent in agents]
-            for name in ("p_detect", "beta_fp", "beta_nt")
+            name: [getattr(agent.belief, name) for agent in agents] for name in ("p_detect", "beta_fp", "beta_nt")
         }
 
     def with_view(self, evidence: OracleEvidence, contains, positions, radius) -> OracleEvidence:
@@ -114,9 +113,7 @@ class Actions:
 class Comparison:
     """Runs an environment and the reference side by side, and counts what happened in it."""
 
-    def __init__(
-        self, scenario: Mapping[str, Any], switches: Mapping[str, Any] | None = None, worlds: int = 2
-    ):
+    def __init__(self, scenario: Mapping[str, Any], switches: Mapping[str, Any] | None = None, worlds: int = 2):
         self.loaded = trust_env.load_scenario(dict(scenario))
         preset, kernel, oracle = "paper", {}, {}
         if switches is not None:
@@ -181,9 +178,7 @@ class Comparison:
         assert ((ids >= 0) == (status != EMPTY)).all()
         return {int(ids[j]): int(j) for j in np.flatnonzero(status)}
 
-    def compare_tracker(
-        self, name: str, prefix: str, w: int, which: tuple[int, ...], tracker: OracleTracker
-    ) -> None:
+    def compare_tracker(self, name: str, prefix: str, w: int, which: tuple[int, ...], tracker: OracleTracker) -> None:
         columns = self.columns(prefix, w, which)
         assert set(columns) == {track.id for track in tracker.tracks}, name
         view = {
@@ -206,7 +201,7 @@ class Comparison:
                 contributed = [track.contributed.get(k, 0.0) for k in range(len(agents))]
                 self.close(f"{name}, contributions to track {track.id}", agents, contributed)
         if prefix == "track":
-            assert self.env.arrays.next_id[w, 0] == tracker.next_id
+            assert self.env.arrays.track_next_id[w] == tracker.next_id
             self.seen["births"] = max(self.seen["births"], tracker.next_id)
             self.seen["deleted"] = max(self.seen["deleted"], tracker.next_id - len(tracker.tracks))
 
@@ -244,7 +239,7 @@ class Comparison:
 
     def compare_beliefs(self, w: int, frame: OracleFrame) -> None:
         arrays, columns = self.env.arrays, self.columns("track", w, ())
-        self.close(f"world {w}, agents", arrays.agent_belief[w], frame.agent_beliefs)
+        self.close(f"world {w}, agents", arrays.trust_agent_belief[w], frame.agent_beliefs)
         for k, (a, b) in enumerate(frame.agent_beliefs):
             variance = a * b / ((a + b) ** 2 * (a + b + 1))
             ours = arrays.agent_trust[w, k], arrays.agent_trust_var[w, k]
@@ -254,7 +249,7 @@ class Comparison:
                 assert self.loaded.actuation == "remove" and a / (a + b) < 0.5
                 continue
             j = columns[i]
-            self.close(f"world {w}, belief in track {i}", arrays.track_belief[w, j], (a, b))
+            self.close(f"world {w}, belief in track {i}", arrays.trust_track_belief[w, j], (a, b))
             self.close(f"world {w}, trust in track {i}", arrays.track_trust[w, j], a / (a + b))
             shown = self.loaded.actuation == "monitor" or a / (a + b) >= 0.5
             assert arrays.published[w, j] == shown
@@ -264,7 +259,8 @@ class Comparison:
     def compare_counters(self, w: int, reference: Reference) -> None:
         trackers = [reference.central, *reference.local]
         evicted, dropped = (sum(getattr(t, name) for t in trackers) for name in ("evicted", "dropped"))
-        assert self.env.arrays.overflow[w, 2:].tolist() == [evicted, dropped]
+        arrays = self.env.arrays
+        assert (arrays.overflow_evicted_tracks[w], arrays.overflow_dropped_births[w]) == (evicted, dropped)
         self.seen["evicted"] += evicted
         self.seen["dropped"] += dropped
 
@@ -493,9 +489,7 @@ def test_recorded_air_traffic():
 
 @pytest.mark.core
 @pytest.mark.parametrize("order", ["adversaries_first", "adversaries_last"])
-@pytest.mark.parametrize(
-    ("n_adversaries", "n_benign"), [(1, n) for n in range(6)] + [(2, n) for n in range(7)]
-)
+@pytest.mark.parametrize(("n_adversaries", "n_benign"), [(1, n) for n in range(6)] + [(2, n) for n in range(7)])
 def test_a_perfect_lie_is_confirmed_in_the_frame_that_theory_says(n_adversaries, n_benign, order):
     team = {"n_adversaries": n_adversaries, "n_benign": n_benign, "order": order}
     env = trust_env.vector_env({"base": "theorem", "team": team}, "score", autoreset=False)
@@ -504,7 +498,7 @@ def test_a_perfect_lie_is_confirmed_in_the_frame_that_theory_says(n_adversaries,
     for k, role in enumerate(env.scenario.roles):
         if role == "adversary":
             box = env.arrays.fov_box[0, k]
-            actions[0, k] = encode_action(env.scenario, box, np.array([[12.0, -7.0]]))
+            actions[0, k] = ActionTable(env.scenario).encode(box, np.array([[12.0, -7.0]]))
     confirmed = math.inf
     for frame in range(1, 51):
         env.step(actions)
