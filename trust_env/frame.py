@@ -18,10 +18,11 @@ from trust_env.compiled.threads import share_work
 from trust_env.defenses import DEFENSES, BuiltIn
 from trust_env.defenses.base import clear_verdict, weigh_agents
 from trust_env.spaces.observation import observe
-from trust_env.world.agents import locate_fovs, place_agents
+from trust_env.world.agents import place_agents
 from trust_env.world.editing import edit_reports
 from trust_env.world.evidence import gather_evidence
 from trust_env.world.fields import WORLD_GROUPS
+from trust_env.world.fov import locate_fovs
 from trust_env.world.picture import draw_picture, publish, remove_distrusted
 from trust_env.world.reward import compute_rewards
 from trust_env.world.scoring import score_picture
@@ -88,6 +89,9 @@ FRAME = (
 )  # fmt: skip
 
 
+OWN_DEFENSE = -1  # the number of a user's own, which has no kernels
+
+
 def stages(*wanted: Stage) -> int:
     """Stages as one number, to be joined with `|`."""
     return sum(stage.bit for stage in wanted)
@@ -122,15 +126,16 @@ def _engine(defenses: tuple[type[BuiltIn], ...]) -> Entry:
     def kernel_of(stage: Stage) -> Any:
         if not isinstance(stage.run, str):
             return stage.run
-        run = choose([getattr(defense, stage.run) for defense in defenses])
+        run = choose([getattr(defense, stage.run) for defense in defenses], "world")
 
         @kernel
         def run_for_defense(world):
-            run(world.parameters.defense, world)
+            if world.parameters.defense != OWN_DEFENSE:
+                run(world.parameters.defense, world)
 
         return run_for_defense
 
-    run_stage, number_of_stages = choose([kernel_of(stage) for stage in FRAME]), len(FRAME)
+    run_stage, number_of_stages = choose([kernel_of(stage) for stage in FRAME], "world"), len(FRAME)
 
     @kernel
     def run_worlds(own, first, last, wanted):

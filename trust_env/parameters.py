@@ -9,19 +9,17 @@ import numpy as np
 
 from trust_env.compiled.structs import PARAMETERS, Layout
 from trust_env.defenses import DEFENSES, BuiltIn, Defense
-from trust_env.frame import declare_defenses
+from trust_env.frame import OWN_DEFENSE, declare_defenses
 from trust_env.scenario import Scenario
+from trust_env.scenario.fov import SHAPES
 from trust_env.spaces.action import ActionTable
 from trust_env.spaces.observation import REACH, ObservationTable, Scales
 from trust_env.theory import initial_score, score_thresholds
 from trust_env.world import targets as target_sources
 from trust_env.world.agents import PLACEMENTS, ROLES
 from trust_env.world.fields import WORLD_GROUPS
-from trust_env.world.fov import CODES as FOV_CODES
 from trust_env.world.picture import ACTUATIONS
 from trust_env.world.tracking.score import CONFIRMATIONS, DELETIONS
-
-OWN_DEFENSE = -1  # the number of a user's own
 
 
 def number_of(defense: BuiltIn | Defense) -> int:
@@ -36,7 +34,7 @@ def name_of(defense: BuiltIn) -> str:
 
 def lengths_of(scenario: Scenario, defense: BuiltIn | Defense) -> dict[str, int]:
     """Lengths of all axes but O, the observation's."""
-    vertices = [len(scenario.agent(k).fov.vertices or ()) for k in range(scenario.n_agents)]
+    numbers = [len(scenario.agent(k).fov.shape.numbers) for k in range(scenario.n_agents)]
     recording = scenario.recording()
     n = {
         "K": scenario.n_agents,
@@ -45,7 +43,7 @@ def lengths_of(scenario: Scenario, defense: BuiltIn | Defense) -> dict[str, int]
         "J": scenario.tracker.max_tracks,
         "L": scenario.tracker.max_local_tracks,
         "A": ActionTable(scenario).size,
-        "V": max(3, *vertices),
+        "F": max(1, *numbers),
         "T": 1 if recording is None else len(recording.times),
     }
     n["R"] = max(n["D"], n["L"], n["J"])  # rows and columns of any assignment
@@ -129,15 +127,16 @@ class Parameters:
 
     def _set_agent(self, s: Scenario, k: int) -> None:
         agent = s.agent(k)
-        fov, belief = agent.fov, agent.belief
+        fov, shape, belief = agent.fov, agent.fov.shape, agent.belief
         values = {
             "role": ROLES[agent.role],
             "start_pose": (*(agent.position or (0.0, 0.0)), agent.heading),
             "pose_drawn": agent.position is None,
-            "fov_type": FOV_CODES[fov.type],
-            "fov_radius": fov.reach,
-            "fov_heading": fov.shape.opening[0],
-            "fov_half_width": fov.shape.opening[1],
+            "fov_shape": list(SHAPES).index(fov.type),
+            "fov_is_round": shape.is_round,
+            "fov_radius": shape.reach,
+            "fov_start_heading": shape.opening[0],
+            "fov_half_width": shape.opening[1],
             "clutter_mean": agent.sensor.clutter_density * fov.area,
             "p_detect": agent.sensor.p_detect,
             "noise_cov": agent.sensor.covariance,
@@ -148,9 +147,7 @@ class Parameters:
             "hit_constant": math.log(belief.p_detect / (2 * math.pi * belief.beta_fp)),
             "miss_gain": math.log1p(-belief.p_detect),
         }
-        if fov.type == "polygon":
-            corners = _counterclockwise(np.array(fov.vertices))
-            self["fov_sides"][k], self["fov_vertices"][k, : len(corners)] = len(corners), corners
+        self["fov_numbers"][k, : len(shape.numbers)] = shape.numbers
         for name, value in values.items():
             self[name][k] = value
 
@@ -172,12 +169,6 @@ class Parameters:
             self.set(keep_innovations=defense.needs_innovations)
         else:
             self.set(keep_innovations=True)
-
-
-def _counterclockwise(corners: np.ndarray) -> np.ndarray:
-    x, y = corners.T
-    doubled_area = np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)
-    return corners if doubled_area > 0 else corners[::-1]
 
 
 def _with_velocity(positions: np.ndarray, dt: float) -> np.ndarray:

@@ -16,8 +16,8 @@ import pytest
 from trust_env.compiled import entry as entries
 from trust_env.compiled import kernels, mode, store
 from trust_env.compiled.entry import Entry
-from trust_env.compiled.key import key_of_code
 from trust_env.compiled.kernels import kernel
+from trust_env.compiled.key import key_of_code
 from trust_env.compiled.structs import ints_at
 
 KEEPS = pytest.mark.skipif(

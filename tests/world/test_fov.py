@@ -11,7 +11,7 @@ from kernels import Bench, entry, fov_of, reach_of
 from oracle import Contains
 from scipy import stats
 
-from trust_env.world import agents, fov
+from trust_env.world import fov
 from trust_env.world.random import Key
 
 TRIANGLE = [[0.0, -20.0], [60.0, 0.0], [0.0, 20.0]]
@@ -51,13 +51,8 @@ def run_sample(world, k, out):
 
 
 @entry
-def run_bounding_box(world, k, out):
-    out[0], out[1], out[2], out[3] = fov.bounding_box(world, k)
-
-
-@entry
 def run_locate(world):
-    agents.locate_fovs(world)
+    fov.locate_fovs(world)
 
 
 class Case:
@@ -70,6 +65,9 @@ class Case:
         ]
         self.bench = Bench({"base": "patrol", "agents": agents, "sensor": {"clutter_density": 1e-6}})
         self.bench["pose"][1] = self.pose = np.array(pose)
+        if shape["type"] == "sector":
+            self.bench["fov_heading"][1] = shape["heading"]  # as at the beginning of an episode
+        run_locate(self.bench.world)
         self.k = np.int64(1)
         self.phi: Contains = fov_of(self.bench.scenario, 1, self.pose)
         self.reach = reach_of(self.bench.scenario, 1)
@@ -85,9 +83,7 @@ class Case:
         return out
 
     def box(self) -> np.ndarray:
-        out = np.empty(4)
-        run_bounding_box(self.bench.world, self.k, out)
-        return out
+        return self.bench["fov_box"][1].copy()
 
     def around(self, n: int, factor: float = 1.5) -> np.ndarray:
         rng = np.random.default_rng(11)

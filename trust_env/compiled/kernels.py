@@ -46,15 +46,16 @@ def inlined(function: Callable[..., Any]) -> Any:
     return kernel(function, inline=True)
 
 
-def choose(kernels: Sequence[Any]) -> Any:
-    """A kernel `(number, world)` that runs the kernel of that number; of any other number none.
+def choose(kernels: Sequence[Any], *arguments: str) -> Any:
+    """A kernel `(number, *arguments)` that calls the kernel of that number, the last one for any other number.
 
-    Its source is written here, as there is no loop over kernels for the compiler; a chain of kernels, each of which
-    calls the next, takes it a fifth longer.
+    Its source is written here, as there is no loop over kernels for the compiler; a chain of kernels, each of
+    which calls the next, takes it a fifth longer.
     """
-    lines = [f"    if number == {number}:\n        kernel_{number}(world)\n" for number in range(len(kernels))]
-    names: dict[str, Any] = {f"kernel_{number}": kernel for number, kernel in enumerate(kernels)}
-    exec("def choose(number, world):\n" + "".join(lines or ["    pass\n"]), names)
+    given, names = ", ".join(arguments), {f"kernel_{number}": one for number, one in enumerate(kernels)}
+    *lines, last = [f"return {name}({given})" for name in names]
+    choices = [f"    if number == {number}:\n        {line}\n" for number, line in enumerate(lines)]
+    exec(f"def choose(number, {given}):\n{''.join(choices)}    {last}\n", names)
     names["choose"].__module__ = __name__
     return kernel(names["choose"])
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from trust_env.compiled.kernels import kernel
-from trust_env.world.fov import bounding_box
+from trust_env.world.fov import locate_fovs
 from trust_env.world.random import PLACEMENT, key_of, uniform, uniform_pair
 
 ROLES = {"adversary": 1, "benign": -1}
@@ -20,6 +20,7 @@ def place_agents(world):
     for k in range(agents.pose.shape[0]):
         for axis in range(3):
             agents.pose[k, axis] = agents.start_pose[k, axis]
+        agents.fov_heading[k] = agents.fov_start_heading[k]
         if agents.pose_drawn[k]:
             _draw_pose(world, key, k)
     locate_fovs(world)
@@ -36,11 +37,3 @@ def _draw_pose(world, key, k):
     else:
         pose[0], pose[1] = area[0] + u * (area[1] - area[0]), area[2] + v * (area[3] - area[2])
     pose[2] = 2.0 * math.pi * uniform(key, PLACEMENT, 0, 2 * k + 1) - math.pi
-
-
-@kernel
-def locate_fovs(world):
-    """Bounding boxes of all FOVs, from the poses."""
-    box = world.agents.fov_box
-    for k in range(box.shape[0]):
-        box[k, 0], box[k, 1], box[k, 2], box[k, 3] = bounding_box(world, k)

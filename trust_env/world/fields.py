@@ -3,7 +3,7 @@
 A world is one row of bytes; what all worlds share is one more buffer, the parameters; what a frame scribbles on
 is a third, one per thread. Kernels read `world.agents.pose[k]`; outside, `arrays.pose[w, k]` is the same. Axes:
 K agents, N targets, D detections of an agent, J central tracks, L local tracks, A action entries, O observation
-entries, V polygon vertices, T recorded frames; R rows, C columns and P pairs of an assignment. A defense declares
+entries, F numbers of an FOV, T recorded frames; R rows, C columns and P pairs of an assignment. A defense declares
 fields of its own, in a group of its name.
 """
 
@@ -72,7 +72,12 @@ _ROW: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "keep": "b1 J | must not be deleted",
         "agent_weight": "f8 K | 1, or as the actuation `weight` wants it in the next frame",
     }),
-    "agents": ("", {"pose": "f8 K 3 | m, m, rad", "fov_box": "f8 K 4 | m: x_min, x_max, y_min, y_max"}),
+    "agents": ("", {
+        "pose": "f8 K 3 | m, m, rad",
+        "fov_heading": "f8 K | rad, of the FOV's own frame, from the agent's heading",
+        "fov_frame": "f8 K 5 | m, m, rad: x, y, heading of the FOV's own frame, then the heading's cos and sin",
+        "fov_box": "f8 K 4 | m: x_min, x_max, y_min, y_max",
+    }),
     "targets": ("target_", {"alive": "b1 N", "state": "f8 N 4 | m, m/s"}),
     "scored": ("scored_", {
         "alive": "b1 N | the truth that the picture was scored against",
@@ -145,9 +150,10 @@ _PARAMETERS: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "role": "i8 K | 1 adversary, -1 benign",
         "start_pose": "f8 K 3 | m, m, rad", "pose_drawn": "b1 K",
         "placement": "i8 | its code in world.agents", "spread": "f8 | m",
-        "fov_type": "i8 K | its code in world.fov",
-        "fov_radius": "f8 K | m, distance of the farthest point", "fov_heading": "f8 K | rad",
-        "fov_half_width": "f8 K | rad", "fov_vertices": "f8 K V 2 | m", "fov_sides": "i8 K",
+        "fov_shape": "i8 K | its place in scenario.fov.SHAPES", "fov_is_round": "b1 K",
+        "fov_radius": "f8 K | m, distance of the farthest point",
+        "fov_start_heading": "f8 K | rad", "fov_half_width": "f8 K | rad",
+        "fov_numbers": "f8 K F | what the shape's kernels know of it",
         "clutter_mean": "f8 K | natural false positives in a scan", "p_detect": "f8 K",
         "noise_cov": "f8 K 2 2 | m^2, R", "noise_chol": "f8 K 2 2 | its Cholesky factor",
         "injection_budget": "i8 K", "suppression_budget": "i8 K",

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trust_env.scenario.fov.shape import INSIDE, FovGroup, FovShape, box_around
+from trust_env.compiled.kernels import kernel
+from trust_env.scenario.fov.shape import INSIDE, FovGroup, FovShape, box_around, global_of, local_of
 
 Vertices = tuple[tuple[float, float], ...]
 
@@ -83,9 +84,69 @@ class Polygon(FovShape):
         corners = np.array(self.vertices, dtype=np.float64)
         return corners if signed_area(self.vertices) > 0 else corners[::-1]
 
+    @property
+    def numbers(self) -> list[float]:
+        """How many corners, then x, y (m) of each, counter-clockwise."""
+        return [len(self.vertices), *self.counterclockwise().ravel().tolist()]
+
     def outline(self, pose: np.ndarray) -> np.ndarray:
         c, s = math.cos(pose[2]), math.sin(pose[2])
         return pose[:2] + np.asarray(self.vertices, dtype=np.float64) @ np.array([[c, s], [-s, c]])
+
+    @staticmethod
+    @kernel
+    def holds(fov, frame, x, y):
+        u, v = local_of(frame, x, y)
+        for a in range(int(fov[0])):
+            if _to_the_left(fov, a, u, v) < 0.0:
+                return False
+        return True
+
+    @staticmethod
+    @kernel
+    def nearest_inside(fov, reach, frame, x, y):
+        """On the segment to the middle of the corners, just behind where it enters."""
+        u, v = local_of(frame, x, y)
+        sides, middle_u, middle_v, fraction = int(fov[0]), 0.0, 0.0, 1.0
+        for a in range(sides):
+            middle_u += fov[1 + 2 * a] / sides
+            middle_v += fov[2 + 2 * a] / sides
+        for a in range(sides):
+            outside = _to_the_left(fov, a, u, v)
+            if outside < 0.0:
+                inside = _to_the_left(fov, a, middle_u, middle_v)
+                fraction = min(fraction, inside / (inside - outside))
+        fraction *= INSIDE
+        return global_of(frame, middle_u + fraction * (u - middle_u), middle_v + fraction * (v - middle_v))
+
+    @staticmethod
+    @kernel
+    def box(fov, reach, frame):
+        return _box(fov, frame)
+
+    @staticmethod
+    @kernel
+    def candidate(fov, reach, frame, first, second):
+        """In the box around it, of which a turned triangle fills an eighth at least."""
+        x0, x1, y0, y1 = _box(fov, frame)
+        return x0 + first * (x1 - x0), y0 + second * (y1 - y0)
+
+
+@kernel
+def _box(fov, frame):
+    x0, x1, y0, y1 = np.inf, -np.inf, np.inf, -np.inf
+    for a in range(int(fov[0])):
+        x, y = global_of(frame, fov[1 + 2 * a], fov[2 + 2 * a])
+        x0, x1, y0, y1 = min(x0, x), max(x1, x), min(y0, y), max(y1, y)
+    return x0, x1, y0, y1
+
+
+@kernel
+def _to_the_left(fov, a, u, v):
+    """How far to the left of edge a a point lies, times the edge's length."""
+    b = a + 1 if a + 1 < int(fov[0]) else 0
+    eu, ev = fov[1 + 2 * b] - fov[1 + 2 * a], fov[2 + 2 * b] - fov[2 + 2 * a]
+    return eu * (v - fov[2 + 2 * a]) - ev * (u - fov[1 + 2 * a])
 
 
 def signed_area(vertices: Vertices) -> float:

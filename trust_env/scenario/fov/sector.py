@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
+from trust_env.compiled.kernels import kernel
 from trust_env.scenario.fov.circle import Circle
-from trust_env.scenario.fov.shape import FovGroup, arc, box_around, wrap_angle
+from trust_env.scenario.fov.shape import INSIDE, FovGroup, arc, box_around, wrap_angle
 
 
 class SectorGroup(FovGroup):
@@ -42,6 +44,7 @@ class Sector(Circle):
     """The part of a circle that opens `width` about `heading`."""
 
     group = SectorGroup
+    is_round: ClassVar[bool] = False
 
     heading: float  # rad, middle of the sector, from the agent's own heading
     width: float  # rad, total opening
@@ -57,6 +60,11 @@ class Sector(Circle):
         return self.width * self.radius**2 / 2
 
     @property
+    def numbers(self) -> list[float]:
+        """Half its opening, rad."""
+        return [self.width / 2.0]
+
+    @property
     def opening(self) -> tuple[float, float]:
         return self.heading, self.width / 2.0
 
@@ -65,3 +73,43 @@ class Sector(Circle):
             return super().outline(pose)
         first = pose[2] + self.heading - self.width / 2
         return np.concatenate([pose[None, :2], arc(pose, self.radius, first, self.width)])
+
+    @staticmethod
+    @kernel
+    def holds(fov, frame, x, y):
+        dx, dy = x - frame[0], y - frame[1]
+        if fov[0] >= math.pi or (dx == 0.0 and dy == 0.0):
+            return True
+        return abs(_wrap(math.atan2(dy, dx) - frame[2])) <= fov[0]
+
+    @staticmethod
+    @kernel
+    def nearest_inside(fov, reach, frame, x, y):
+        dx, dy = x - frame[0], y - frame[1]
+        distance, off_axis = min(math.hypot(dx, dy), reach * INSIDE), _wrap(math.atan2(dy, dx) - frame[2])
+        if fov[0] < math.pi:
+            off_axis = max(-fov[0] * INSIDE, min(fov[0] * INSIDE, off_axis))
+        angle = frame[2] + off_axis
+        return frame[0] + distance * math.cos(angle), frame[1] + distance * math.sin(angle)
+
+    @staticmethod
+    @kernel
+    def box(fov, reach, frame):
+        x0, x1, y0, y1 = frame[0], frame[0], frame[1], frame[1]
+        for corner in range(6):  # the ends of the arc, and those of the four compass points that it holds
+            angle = frame[2] + (fov[0] if corner == 0 else -fov[0])
+            if corner >= 2:
+                angle = (corner - 2) * 0.5 * math.pi
+            if corner < 2 or abs(_wrap(angle - frame[2])) <= fov[0]:
+                x, y = frame[0] + reach * math.cos(angle), frame[1] + reach * math.sin(angle)
+                x0, x1, y0, y1 = min(x0, x), max(x1, x), min(y0, y), max(y1, y)
+        return x0, x1, y0, y1
+
+    @staticmethod
+    @kernel
+    def candidate(fov, reach, frame, first, second):
+        distance, angle = reach * math.sqrt(first), frame[2] + (2.0 * second - 1.0) * fov[0]
+        return frame[0] + distance * math.cos(angle), frame[1] + distance * math.sin(angle)
+
+
+_wrap = kernel(wrap_angle)

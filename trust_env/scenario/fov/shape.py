@@ -11,9 +11,11 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
+
+from trust_env.compiled.kernels import inlined
 
 INSIDE = 1.0 - 1e-6  # a point drawn from an FOV is inside, whatever the rounding
 _ARC_STEP = math.radians(3.0)  # between the corners that stand for a round outline
@@ -50,9 +52,24 @@ class FovGroup:
 
 @dataclass(frozen=True)
 class FovShape(ABC):
-    """One FOV in its agent's own frame; its fields are those of the scenario's `fov` that its type has."""
+    """One FOV in its agent's own frame; its fields are those of the scenario's `fov` that its type has.
+
+    Its kernels work in the world, in metres. `fov` are its `numbers`, `frame[5]` is where its own frame is, the
+    agent's turned by the middle of the opening: x, y, heading, then the heading's cos and sin.
+
+    holds(fov, frame, x, y): whether a point within reach lies in the FOV
+    nearest_inside(fov, reach, frame, x, y): for a point outside, one just inside
+    box(fov, reach, frame): x_min, x_max, y_min, y_max
+    candidate(fov, reach, frame, first, second): a point from two U[0, 1) draws; those that the FOV holds are
+        uniform in it
+    """
 
     group: ClassVar[type[FovGroup]] = FovGroup
+    is_round: ClassVar[bool] = False  # whether it holds whatever lies within its reach
+    holds: ClassVar[Any]
+    nearest_inside: ClassVar[Any]
+    box: ClassVar[Any]
+    candidate: ClassVar[Any]
 
     @abstractmethod
     def faults(self) -> dict[str, str]:
@@ -67,6 +84,11 @@ class FovShape(ABC):
     @abstractmethod
     def reach(self) -> float:
         """m, distance of the farthest point from the agent."""
+
+    @property
+    def numbers(self) -> list[float]:
+        """What its kernels know of it, beside its reach."""
+        return []
 
     @property
     def opening(self) -> tuple[float, float]:
@@ -85,14 +107,27 @@ class FovShape(ABC):
         """Corners [c, 2] (m) in the world, for a pose of x, y, heading (rad)."""
 
 
+@inlined
+def local_of(frame, x, y):
+    """u, v of a point in an FOV's own frame."""
+    dx, dy = x - frame[0], y - frame[1]
+    return frame[3] * dx + frame[4] * dy, -frame[4] * dx + frame[3] * dy
+
+
+@inlined
+def global_of(frame, u, v):
+    """x, y of a point in an FOV's own frame."""
+    return frame[0] + frame[3] * u - frame[4] * v, frame[1] + frame[4] * u + frame[3] * v
+
+
 def arc(pose: np.ndarray, radius: float, first: float, width: float) -> np.ndarray:
     """Points [c, 2] (m) in the world on an arc about the agent, from angle `first` (rad) on."""
     angles = first + np.linspace(0.0, width, math.ceil(width / _ARC_STEP) + 1)
     return pose[:2] + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
 
-def wrap_angle(angle: np.ndarray) -> np.ndarray:
-    """Angles in (-π, π]."""
+def wrap_angle(angle):
+    """An angle, or an array of them, in (-π, π]."""
     return np.pi - (np.pi - angle) % (2.0 * np.pi)
 
 
