@@ -34,7 +34,7 @@ class ReferenceFrame:
         self._fovs = Fovs.of(context.scenario, context.agents)
         self._reach = table.scales.reach[context.agents][:, None]
         fovs = [context.scenario.agent(int(k)).fov for k in context.agents]
-        self._boxes_turn = any(fov.type != "circle" for fov in fovs)  # with the agent's heading
+        self._boxes_turn = any(not fov.shape.is_round for fov in fovs)  # with the agent's heading
         ends = np.cumsum(list(fields.values()))
         slices = {name: slice(end - fields[name], end) for name, end in zip(fields, ends)}
         self._pairs = merge_adjacent(slices[name] for name in fields if name in PAIRS)
