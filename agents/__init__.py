@@ -5,6 +5,9 @@ An attack is a policy of adversaries; `honest` is the control. A policy of your 
 folder of its run: `build_policy("runs/a")`.
 """
 
+if __name__ != "trust_env.agents":  # in the repository this folder could be imported a second time
+    raise ImportError("this is trust_env.agents: import it by that name")
+
 from trust_env.agents.base import Policy, PolicyContext, PolicyLike
 from trust_env.agents.knowledge import check_knowledge, knowledge_of, name_of, sufficient_knowledge
 from trust_env.agents.player import Player

@@ -12,8 +12,9 @@ from oracle import Contains, circle, polygon, sector
 
 from trust_env.batch import Batch
 from trust_env.compiled.kernels import kernel
+from trust_env.compiled.layout import PARAMETERS, SCRATCH
 from trust_env.compiled.mode import INTERPRETED, OPTIONS
-from trust_env.compiled.structs import PARAMETERS, SCRATCH, World, world_at
+from trust_env.compiled.structs import World, world_at
 from trust_env.scenario import Scenario
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from paths import ROOT
 
-from trust_env.compiled.structs import GROUPS
+from trust_env.compiled.layout import GROUPS
 from trust_env.frame import declare_defenses
 
 LEAST_LINES_PER_BINDING = 12

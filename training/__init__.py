@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from trust_env.training.paper.reproduce import reproduce as reproduce
     from trust_env.training.speed.benchmark import benchmark as benchmark
 
+if __name__ != "trust_env.training":  # in the repository this folder could be imported a second time
+    raise ImportError("this is trust_env.training: import it by that name")
+
 _HOMES = {
     "benchmark": "speed.benchmark",
     "conform": "evaluation.conform",

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from trust_env import frame
-from trust_env.compiled.structs import ACTIONS, ROW, SCRATCH, aligned_zeros
+from trust_env.compiled.layout import ACTIONS, ROW, SCRATCH, aligned_zeros
 from trust_env.compiled.threads import WorkerThreads, threads_available, threads_for
 from trust_env.defenses import BuiltIn, Defense, Evidence, Shape, build_defense
 from trust_env.defenses.verdict import apply_verdict

@@ -13,7 +13,8 @@ import numpy as np
 
 from trust_env.compiled.entry import Entry
 from trust_env.compiled.kernels import choose, kernel
-from trust_env.compiled.structs import CENTRAL, PARAMETERS, ROW, declare, world_at
+from trust_env.compiled.layout import PARAMETERS, ROW, declare
+from trust_env.compiled.structs import CENTRAL, world_at
 from trust_env.compiled.threads import share_work
 from trust_env.defenses import DEFENSES, BuiltIn
 from trust_env.defenses.base import clear_verdict, weigh_agents

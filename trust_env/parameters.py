@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from trust_env.compiled.structs import PARAMETERS, Layout
+from trust_env.compiled.layout import PARAMETERS, Layout
 from trust_env.defenses import DEFENSES, BuiltIn, Defense
 from trust_env.frame import OWN_DEFENSE, declare_defenses
 from trust_env.scenario import Scenario

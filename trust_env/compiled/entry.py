@@ -127,7 +127,8 @@ def _announced(slow: bool) -> Iterator[None]:
     kept = not (CHECKED or PLAIN) and store.folder() is not None
     often = "once per installation" if kept else "at every start, as there is no private folder to keep it in"
     often = "with every index checked" if CHECKED else unknown_version() or often
-    print(f"trust-env: compiling the simulator ({often}; about 20 s) ...", file=sys.stderr, flush=True)
+    long = "a minute" if PLAIN else "20 s"
+    print(f"trust-env: compiling the simulator ({often}; about {long}) ...", file=sys.stderr, flush=True)
     start = time.perf_counter()
     yield
     print(f"trust-env: compiled in {time.perf_counter() - start:.1f} s", file=sys.stderr, flush=True)

@@ -15,7 +15,7 @@ import numba
 import numpy as np
 from numba.core.dispatcher import Dispatcher
 
-from trust_env.compiled.structs import declarations
+from trust_env.compiled.layout import declarations
 
 
 def key_of_code(function: Callable[..., Any], *target: str) -> str:

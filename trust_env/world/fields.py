@@ -11,7 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from trust_env.compiled.structs import ACTIONS, GROUPS, PARAMETERS, ROW, SCRATCH, declare, trackers
+from trust_env.compiled.layout import ACTIONS, GROUPS, PARAMETERS, ROW, SCRATCH, declare
+from trust_env.compiled.structs import trackers
 
 # One tracker's tracks: the centre's with the axis J, every agent's own with the axes K L.
 _TRACKS = {

@@ -8,7 +8,8 @@ import numpy as np
 
 from trust_env.compiled.entry import Entry
 from trust_env.compiled.kernels import inlined, kernel
-from trust_env.compiled.structs import SCRATCH, Layout, floats_at, world_at
+from trust_env.compiled.layout import SCRATCH, Layout
+from trust_env.compiled.structs import floats_at, world_at
 from trust_env.world.tracking.association import least_cost_assignment
 
 
