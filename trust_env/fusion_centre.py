@@ -69,7 +69,7 @@ class FusionCentre:
         """Forget all tracks and beliefs."""
         drawn = [k for k in range(self.n_agents) if self.scenario.agent(k).position is None]
         with self._worlds.use:
-            self._worlds.arrays.seed[...] = 0
+            self._worlds.arrays.seed[...], self._worlds.arrays.dt[...] = 0, self.scenario.dt
             self._worlds.start(np.ones(1, dtype=bool))
             self._time: float | None = None
             self._pose_missing = f"agents {drawn} have no position in scenario {self.scenario.name!r}" if drawn else ""
