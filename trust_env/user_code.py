@@ -44,29 +44,33 @@ def source_of(thing: Any) -> str:
     """`/path/my_file.py:MyDefense`: an object's class, or the class or function itself, after its file; of what is
     built in, the class alone.
     """
-    named = thing if hasattr(thing, "__name__") else type(thing)
-    file = _file_of(named)
-    return f"{file}:{named.__name__}" if file else named.__name__
+    file, name = _file_of(thing), _named(thing).__name__
+    return f"{file}:{name}" if file else name
 
 
-def _file_of(named: Any) -> str | None:
-    if _is_built_in(named):
-        return None
-    return getattr(sys.modules.get(named.__module__), "__file__", None)
+def _named(thing: Any) -> Any:
+    """A class or a function itself, the class of another object."""
+    return thing if hasattr(thing, "__name__") else type(thing)
 
 
-def _is_built_in(named: Any) -> bool:
-    return named.__module__.partition(".")[0] == "trust_env"
+def _file_of(thing: Any) -> str | None:
+    """The file of a user's class or function, if it has one."""
+    module = sys.modules.get(_named(thing).__module__ or "")
+    return None if _is_built_in(thing) else getattr(module, "__file__", None)
+
+
+def _is_built_in(thing: Any) -> bool:
+    return str(_named(thing).__module__).partition(".")[0] == "trust_env"
 
 
 def _says_enough(thing: Any, error: Exception) -> bool:
     """A ValueError of a class of ours names the parameter, its value and what was expected."""
-    return isinstance(error, ValueError) and _is_built_in(thing if hasattr(thing, "__name__") else type(thing))
+    return isinstance(error, ValueError) and _is_built_in(thing)
 
 
 def _summary(thing: Any, error: Exception) -> str:
     """`KeyError: 'x' (line 7)`, where the line is that of the thing's file if it is among those that were run."""
-    text, file = " ".join(str(error).split()), _file_of(thing if hasattr(thing, "__name__") else type(thing))
+    text, file = " ".join(str(error).split()), _file_of(thing)
     places = traceback.extract_tb(error.__traceback__)
     place = next((p for p in reversed(places) if p.filename == file), places[-1])
     where = f"line {place.lineno}" if place.filename == file else f"{place.filename}, line {place.lineno}"
