@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Mapping
 from numbers import Integral, Real
 from typing import Any
 
+from trust_env import user_code
 from trust_env.errors import suggestion
 
 
@@ -25,7 +26,7 @@ def construct(kind: str, name: str, make: Callable[..., Any], params: Mapping[st
         signature.bind(**params)
     except TypeError as error:
         raise ValueError(f"{kind} {name!r}: {error}; it takes: {', '.join(known) or 'none'}") from None
-    return make(**params)
+    return user_code.construct(make, params)
 
 
 def invalid(owner: str, name: str, value: Any, expected: str) -> ValueError:

@@ -14,6 +14,7 @@ from trust_env.errors import unknown_name
 from trust_env.scenario import Scenario
 from trust_env.spaces.action import ActionTable
 from trust_env.spaces.observation import ObservationTable
+from trust_env.user_code import call, source_of
 
 ROLES = ("adversary", "benign")
 
@@ -61,12 +62,8 @@ class Player:
             self._reset(begins if self._began else np.ones_like(begins))
         actions = np.zeros((*observations.shape[:2], self._action_size), dtype=np.float32)
         for policy, agents in self.coalitions:
-            chosen = np.asarray(policy.act(observations[:, agents]))
             expected = (len(observations), len(agents), self._action_size)
-            if chosen.shape != expected:
-                shapes = f"{list(chosen.shape)}; expected {list(expected)} (worlds, agents, entries)"
-                raise ValueError(f"policy {name_of(policy)!r} returned actions of shape {shapes}")
-            actions[:, agents] = chosen
+            actions[:, agents] = _checked(policy, call(policy, "act", observations[:, agents]), expected)
         return actions
 
     def _reset(self, begins: np.ndarray) -> None:
@@ -74,8 +71,31 @@ class Player:
         seed, worlds = int(arrays.seed.flat[0]), arrays.world_id.reshape(-1).copy()
         episodes = arrays.episode.reshape(-1).copy()
         for policy, agents in self.coalitions:
-            policy.reset(PolicyContext(self.scenario, self.table, agents, seed, worlds, episodes, begins))
+            context = PolicyContext(self.scenario, self.table, agents, seed, worlds, episodes, begins)
+            call(policy, "reset", context)
         self._began = True
+
+
+def _checked(policy: PolicyLike, actions: Any, expected: tuple[int, ...]) -> np.ndarray:
+    """A policy's actions[W, n, A] as an array; ValueError, naming the policy, if they are not finite numbers."""
+
+    def invalid(fault: str) -> ValueError:
+        return ValueError(f"{source_of(policy)}: policy {name_of(policy)!r} returned {fault}")
+
+    try:
+        chosen = np.asarray(actions)
+    except Exception as error:
+        raise invalid(f"no array of actions: {error}") from error
+    if chosen.shape != expected:
+        shapes = f"{list(chosen.shape)}; expected {list(expected)} (worlds, agents, entries)"
+        raise invalid(f"actions of shape {shapes}")
+    if chosen.dtype.kind not in "fiub":
+        raise invalid(f"actions of {chosen.dtype}; expected finite numbers")
+    if not np.isfinite(chosen).all():
+        w, agent, entry = np.argwhere(~np.isfinite(chosen))[0]
+        place = f"world {w}, its agent {agent}, entry {entry}"
+        raise invalid(f"actions that are not finite: {chosen[w, agent, entry]} ({place})")
+    return chosen
 
 
 def _coalitions(scenario: Scenario, policies: Mapping[str, Any]) -> list[tuple[PolicyLike, np.ndarray]]:

@@ -17,6 +17,7 @@ from trust_env.agents.learned.policy import Learned
 from trust_env.agents.parameters import construct
 from trust_env.errors import unknown_name
 from trust_env.spec import Spec, load_object, parse
+from trust_env.user_code import missing_methods
 
 POLICIES: dict[str, type[Policy]] = {
     "honest": Honest,
@@ -40,16 +41,15 @@ def build_policy(policy: Any) -> PolicyLike:
     """A policy from its name (`false_positive(n=2)`, `my_file.py:MyPolicy(x=3)`, `runs/a`, the folder of a
     training run), or an object that is one.
 
-    Raises ValueError for an unknown name, and for a parameter that is unknown or does not fit; TypeError for
-    something that is no policy.
+    Raises ValueError for a name that gives no policy, or not with such parameters, TypeError for an object that
+    is none.
     """
-    if isinstance(policy, str):
-        policy = _build_from_spec(parse_policy(policy))
-    if isinstance(policy, type) or not isinstance(policy, PolicyLike):
-        raise TypeError(
-            f"a policy is a name, or an object with `reset(context)` and `act(observations)`; got {policy!r}"
-        )
-    return policy
+    built = _build_from_spec(parse_policy(policy)) if isinstance(policy, str) else policy
+    fault = missing_methods(built, "reset(context)", "act(observations)")
+    if fault:
+        error = ValueError if isinstance(policy, str) else TypeError
+        raise error(f"a policy is a name, or an object with `reset(context)` and `act(observations)`; {fault}")
+    return built
 
 
 def _build_from_spec(spec: Spec) -> Any:
@@ -58,7 +58,8 @@ def _build_from_spec(spec: Spec) -> Any:
     make = POLICIES[spec.name] if spec.path is None else load_object(spec)
     if not callable(make):
         return make
-    return construct("policy", spec.name, make, spec.params | _inner_policies(make, spec.params))
+    name = spec.name if spec.path is None else f"{spec.path}:{spec.name}"
+    return construct("policy", name, make, spec.params | _inner_policies(make, spec.params))
 
 
 def _inner_policies(make: Any, params: Mapping[str, Any]) -> dict[str, PolicyLike]:

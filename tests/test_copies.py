@@ -74,6 +74,45 @@ def test_a_snapshot_of_another_scenario_raises_and_changes_nothing():
     assert snapshot(env) == before
 
 
+INVALID_SNAPSHOTS = [
+    (lambda good: {}, "lacks 'row', 'agents', 'started', 'defense'; expected what get_state"),
+    (lambda good: {"row": good["row"]}, "lacks 'agents', 'started', 'defense'"),
+    (lambda good: None, "a dict; got a NoneType"),
+    (lambda good: good["row"], "a dict; got a ndarray"),
+    (lambda good: good | {"row": None}, "'row' must be an array of uint8; got NoneType"),
+    (lambda good: good | {"row": good["row"].astype(float)}, "'row' must be an array of uint8; got float64"),
+    (lambda good: good | {"row": good["row"][:-1]}, "a world of this scenario and defense holds"),
+    (lambda good: good | {"row": good["row"][None]}, "row is of shape"),
+    (lambda good: good | {"agents": ["nobody"]}, "'agents' are .'nobody'.; expected .'adversary_0', 'benign_0'"),
+    (lambda good: good | {"agents": None}, "'agents' are None"),
+    (lambda good: good | {"started": "yes"}, "'started' is 'yes'; expected True or False"),
+    (lambda good: good | {"defense": DefenseWithMemory()}, "with a user's own defense; this one has a built-in"),
+]
+
+
+@pytest.mark.parametrize(("change", "message"), INVALID_SNAPSHOTS)
+def test_what_is_no_snapshot_raises_and_changes_nothing(change, message):
+    env = trust_env.parallel_env("trio")
+    env.reset(seed=1)
+    play(env, np.random.default_rng(0), 3)
+    state, before = change(env.get_state()), snapshot(env)
+    with pytest.raises(ValueError, match=message):
+        env.set_state(state)
+    assert snapshot(env) == before
+    play(env, np.random.default_rng(0), 1)
+
+
+def test_a_snapshot_without_the_users_defense_raises_and_changes_nothing():
+    own = trust_env.parallel_env("trio", DefenseWithMemory())
+    own.reset(seed=1)
+    kept, before = own.get_state(), snapshot(own)
+    wrong = {None: "with a built-in defense", 3: "int has no method reset", DefenseWithMemory: "is a class"}
+    for defense, message in wrong.items():
+        with pytest.raises(ValueError, match=message):
+            own.set_state(kept | {"defense": defense})
+        assert snapshot(own) == before
+
+
 def test_a_snapshot_does_not_change_with_its_environment():
     env = trust_env.parallel_env("trio")
     env.reset(seed=1)

@@ -17,7 +17,7 @@ from paths import ROOT
 
 # A room (a file or folder of trust_env/) imports from its own row and those above it.
 ORDER = """
-    errors spec compiled files theory
+    errors spec compiled files theory exclusive user_code
     scenario
     world
     spaces
@@ -25,7 +25,7 @@ ORDER = """
     metrics
     frame parameters
     batch
-    render
+    render snapshot
     parallel vector fusion_centre
     __init__
     conformance

@@ -15,8 +15,10 @@ from trust_env.compiled.layout import ACTIONS, ROW, SCRATCH, aligned_zeros
 from trust_env.compiled.threads import WorkerThreads, threads_available, threads_for
 from trust_env.defenses import BuiltIn, Defense, Evidence, Shape, build_defense
 from trust_env.defenses.verdict import apply_verdict
+from trust_env.exclusive import ExclusiveUse
 from trust_env.parameters import Parameters
 from trust_env.scenario import Scenario, load_scenario
+from trust_env.user_code import call, source_of
 from trust_env.world.fields import FRAME_METRICS, HEAD
 
 SEED_LIMIT = 2**63
@@ -65,6 +67,9 @@ class Batch:
     """W worlds of one scenario under one defense.
 
     threads: how many threads share a frame's work (default: the processors this process may use).
+
+    Whoever calls `start`, `step` or `run_frame` does so within `use`, and sets `use.unfinished` to False at the
+    end of what belongs together.
     """
 
     def __init__(
@@ -80,6 +85,7 @@ class Batch:
         self.horizon = self.scenario.horizon if horizon is None else _positive("max_cycles", horizon)
         self.num_worlds = _positive("num_worlds", num_worlds)
         self.threads = _positive("threads", threads or threads_available())
+        self.use = ExclusiveUse()
         self._allocate()
 
     def _allocate(self) -> None:
@@ -88,7 +94,8 @@ class Batch:
         self._head = layout.record(HEAD)
         self.rows, self._actions = (aligned_zeros(count, layout.sizes[b]) for b in (ROW, ACTIONS))
         self.scratch = aligned_zeros(threads_for(count, self.threads), layout.sizes[SCRATCH])
-        self._workers = WorkerThreads(frame.engine(), count, [self._own(s) for s in self.scratch])
+        memory = (self.parameters, self.rows, self._actions, self.scratch)
+        self._workers = WorkerThreads(frame.engine(), count, [self._own(s) for s in self.scratch], memory)
         self.arrays = Arrays(self.parameters, self.rows, self._actions)
         self.arrays.dt[...], self.arrays.active[...] = self.scenario.dt, 1
         self._evidence: Evidence | None = None
@@ -125,10 +132,14 @@ class Batch:
 
     def __getstate__(self) -> dict[str, Any]:
         names = ("scenario", "defense", "horizon", "num_worlds", "threads")
-        return {name: getattr(self, name) for name in names} | {"rows": self.rows.copy()}
+        with self.use:
+            state = {name: getattr(self, name) for name in names}
+            return state | {"rows": self.rows.copy(), "unfinished": self.use.unfinished}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update({name: value for name, value in state.items() if name != "rows"})
+        self.use = ExclusiveUse()
+        self.use.unfinished = state["unfinished"]
+        self.__dict__.update({name: value for name, value in state.items() if name not in ("rows", "unfinished")})
         self._allocate()
         self.rows[...] = state["rows"]
 
@@ -138,16 +149,18 @@ class Batch:
         """Begin an episode in the worlds where `worlds` (bool[W]) is set; their seed, world_id and episode
         must be in place.
         """
+        self.use.unfinished = True
         self.arrays.active[...] = worlds
         self._workers.run(frame.BEGIN)
         self.arrays.active[...] = 1
         self.arrays.metrics[worlds] = 0.0
         if not isinstance(self.defense, BuiltIn):
             n = self.parameters.lengths
-            self.defense.reset(Shape(self.num_worlds, n["K"], n["J"], n["D"]), worlds)
+            call(self.defense, "reset", Shape(self.num_worlds, n["K"], n["J"], n["D"]), worlds)
 
     def step(self, actions: np.ndarray) -> None:
         """One frame of all worlds on checked actions[W, K, A]."""
+        self.use.unfinished = True
         self.arrays.action[...] = actions
         self.run_frame(frame.EDIT_AND_TRACK, frame.NEXT_FRAME)
 
@@ -155,12 +168,16 @@ class Batch:
         """Stages before judging, the defense, stages after it: one call of the engine, or two around a user's
         own defense.
         """
+        self.use.unfinished = True
         if isinstance(self.defense, BuiltIn):
             self._workers.run(before | frame.JUDGE_BUILT_IN | frame.CONCLUDE | after)
             return
         self._workers.run(before | frame.JUDGE_NOTHING)
         evidence = self.evidence()
-        apply_verdict(self.defense, self.defense.update(evidence), evidence, self.arrays)
+        verdict = call(self.defense, "update", evidence)
+        if not self.use.unfinished:
+            raise RuntimeError(f"{source_of(self.defense)}.update has called reset() of the environment that called it")
+        apply_verdict(self.defense, verdict, evidence, self.arrays)
         self._workers.run(frame.CONCLUDE | after)
 
     def evidence(self) -> Evidence:
@@ -178,6 +195,7 @@ class Batch:
         return self.rows[:, : self._head.itemsize].copy().view(self._head)[:, 0]
 
     def close(self) -> None:
+        self.use.check_free()
         self._workers.close()
 
 

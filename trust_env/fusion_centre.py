@@ -67,19 +67,29 @@ class FusionCentre:
 
     def reset(self) -> None:
         """Forget all tracks and beliefs."""
-        self._worlds.arrays.seed[...] = 0
-        self._worlds.start(np.ones(1, dtype=bool))
-        self._time: float | None = None
         drawn = [k for k in range(self.n_agents) if self.scenario.agent(k).position is None]
-        self._pose_missing = f"agents {drawn} have no position in scenario {self.scenario.name!r}" if drawn else ""
+        with self._worlds.use:
+            self._worlds.arrays.seed[...], self._worlds.arrays.dt[...] = 0, self.scenario.dt
+            self._worlds.start(np.ones(1, dtype=bool))
+            self._time: float | None = None
+            self._pose_missing = f"agents {drawn} have no position in scenario {self.scenario.name!r}" if drawn else ""
+            self._worlds.use.unfinished = False
 
     def update(self, detections: Sequence[Any], time: float | None = None, poses: Any = None) -> FusedFrame:
         """One frame: detections, an array [n_k, 2] (m) per agent; time in s (default: `dt` after the last);
         poses[K, 3] (x, y in m, heading in rad; default: as before).
 
         Raises ValueError, and changes nothing, when a shape is wrong, a number is not finite, an agent has
-        more detections than `sensor.max_detections`, or time does not increase.
+        more detections than `sensor.max_detections`, or time does not increase. RuntimeError from a second
+        thread, and after an update that broke off (an interrupt, an error in a user's own defense).
         """
+        with self._worlds.use:
+            self._worlds.use.check_finished()
+            fused = self._update(detections, time, poses)
+            self._worlds.use.unfinished = False
+            return fused
+
+    def _update(self, detections: Sequence[Any], time: float | None, poses: Any) -> FusedFrame:
         reports = self._checked_reports(detections)
         now = self._checked_time(time)
         placed = None if poses is None else self._checked_poses(poses)
@@ -88,6 +98,7 @@ class FusionCentre:
                 f"poses are needed: {self._pose_missing}; expected an array [{self.n_agents}, 3] of x, y, heading"
             )
         arrays = self._worlds.arrays
+        self._worlds.use.unfinished = True
         if placed is not None:
             arrays.pose[0], self._pose_missing = placed, ""
         for k, points in enumerate(reports):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from _thread import get_ident
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -15,6 +16,8 @@ from pettingzoo.utils.conversions import parallel_to_aec
 
 from trust_env.batch import Arrays, Batch, checked_seed
 from trust_env.errors import unknown_name
+from trust_env.exclusive import THREAD
+from trust_env.snapshot import check_snapshot
 from trust_env.spaces.state import StateTable
 from trust_env.world.fields import FRAME_METRICS
 
@@ -98,42 +101,51 @@ class TrustEnv(ParallelEnv):
 
         options: {"world": w, "episode": e} replays one evaluated episode; unknown options are ignored.
         """
-        options, arrays = options or {}, self.worlds.arrays
+        with self.worlds.use:
+            self._begin_episode(seed, options or {})
+            return dict(zip(self.agents, self._observation.copy(), strict=True)), self._infos()
+
+    def _begin_episode(self, seed: int | None, options: Mapping[str, Any]) -> None:
+        arrays = self.worlds.arrays
         fresh = seed is not None or not self._started  # then seed and options alone decide what begins
         world = _index(options, "world", 0 if fresh else arrays.world_id[0, ...])
         episode = _index(options, "episode", 0 if fresh else arrays.episode[0, ...] + 1)
-        if fresh:
-            arrays.seed[...] = checked_seed(seed)
-        arrays.episode[...] = episode
-        arrays.world_id[...] = world
+        number = checked_seed(seed) if fresh else arrays.seed[0, ...]
+        self.worlds.use.unfinished = True
+        arrays.seed[...], arrays.episode[...], arrays.world_id[...] = number, episode, world
         self.worlds.start(np.ones(1, dtype=bool))
-        self._started = True
-        self.agents = self.possible_agents[:]
-        return dict(zip(self.agents, self._observation.copy(), strict=True)), self._infos()
+        self._started, self.agents = True, self.possible_agents[:]
+        self.worlds.use.unfinished = False
 
     def step(self, actions: Mapping[str, Any]):
         """One frame. ValueError names the agent whose action is missing, unknown, of a wrong shape or not
-        finite; nothing has changed then.
+        finite; nothing has changed then. RuntimeError without agents, from a second thread, and after a step or a
+        reset that broke off (an interrupt, an error in a user's own defense).
         """
-        agents = self.agents
-        if not agents:
-            self._refuse_step()
-        self._stage(actions)
-        self.worlds.step(self._staged)
-        over = bool(self._frame[0] >= self.max_cycles)
-        observations = dict(zip(agents, self._observation.copy(), strict=True))
-        rewards = dict(zip(agents, self._reward.tolist(), strict=True))
-        result = (
-            observations,
-            rewards,
-            dict.fromkeys(agents, False),
-            dict.fromkeys(agents, over),
-            self._infos(),
-        )
-        if over:
-            self.agents = []
+        use, thread = self.worlds.use, get_ident()
+        if use.holder.setdefault(THREAD, thread) != thread:
+            use.take_over()
+        try:
+            if use.unfinished or not self.agents:
+                self._refuse_step()
+            self._stage(actions)
+            self.worlds.step(self._staged)
+            result = self._results()
+            use.unfinished = False
+        finally:
+            use.holder.clear()
         if self.render_mode == "human":
             self.render()
+        return result
+
+    def _results(self):
+        """What `step` returns; at the end of the episode all agents leave."""
+        agents, over = self.agents, bool(self._frame[0] >= self.max_cycles)
+        observations = dict(zip(agents, self._observation.copy(), strict=True))
+        rewards = dict(zip(agents, self._reward.tolist(), strict=True))
+        result = observations, rewards, dict.fromkeys(agents, False), dict.fromkeys(agents, over), self._infos()
+        if over:
+            self.agents = []
         return result
 
     def _infos(self) -> dict[str, dict[str, float]]:
@@ -174,40 +186,44 @@ class TrustEnv(ParallelEnv):
         return ValueError(f"step expects one action for each of {', '.join(self.agents)}; {'; '.join(found)}")
 
     def _refuse_step(self) -> None:
+        self.worlds.use.check_finished()
         if self._started:
             raise RuntimeError("the episode is over (all agents have left): call reset() before step()")
         raise RuntimeError("call reset() before step()")
 
     def state(self) -> np.ndarray:
         """The whole truth and the whole tracker, float32 in [-1, 1]; fields: `state_table`."""
-        return self.state_table.read(self.arrays, 0)
+        with self.worlds.use:
+            self.worlds.use.check_finished()
+            return self.state_table.read(self.arrays, 0)
 
     def get_state(self) -> dict[str, Any]:
         """A snapshot from which `set_state` continues bit for bit, here or in another environment of the same
         scenario and defense.
         """
-        return {
-            "row": self.worlds.rows[0].copy(),
-            "agents": self.agents[:],
-            "started": self._started,
-            "defense": copy.deepcopy(self.worlds.own_defense),
-        }
+        with self.worlds.use:
+            self.worlds.use.check_finished()
+            return {
+                "row": self.worlds.rows[0].copy(),
+                "agents": self.agents[:],
+                "started": self._started,
+                "defense": copy.deepcopy(self.worlds.own_defense),
+            }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Go on from a snapshot of `get_state`.
 
-        Raises ValueError if it comes from an environment of another shape.
+        Raises ValueError, and changes nothing, if it is none, or of an environment of another scenario or defense.
         """
-        row = np.asarray(state["row"])
-        if row.shape != self.worlds.rows[0].shape or row.dtype != np.uint8:
-            raise ValueError(
-                f"the snapshot holds {row.size} bytes of {row.dtype}, "
-                f"a world of this scenario and defense {self.worlds.rows.shape[1]} of uint8"
-            )
-        self.worlds.rows[0] = row
-        self.agents, self._started = list(state["agents"]), bool(state["started"])
-        if state["defense"] is not None:
-            self.worlds.own_defense = copy.deepcopy(state["defense"])
+        with self.worlds.use:
+            check_snapshot(state, self.worlds, self.possible_agents)
+            defense = copy.deepcopy(state["defense"])
+            self.worlds.use.unfinished = True
+            self.worlds.rows[0] = state["row"]
+            self.agents, self._started = list(state["agents"]), state["started"]
+            if defense is not None:
+                self.worlds.own_defense = defense
+            self.worlds.use.unfinished = False
 
     def render(self):
         """A frame: uint8[H, W, 3] (`rgb_array`) or text (`ansi`); None after drawing it in a window
@@ -218,11 +234,13 @@ class TrustEnv(ParallelEnv):
             return None
         if not self._started:
             raise RuntimeError("call reset() before render()")
-        if self._renderer is None:
-            from trust_env.render import make_renderer
+        with self.worlds.use:
+            self.worlds.use.check_finished()
+            if self._renderer is None:
+                from trust_env.render import make_renderer
 
-            self._renderer = make_renderer(self.worlds, self.render_mode, self.metadata["render_fps"])
-        return self._renderer.draw()
+                self._renderer = make_renderer(self.worlds, self.render_mode, self.metadata["render_fps"])
+            return self._renderer.draw()
 
     def close(self) -> None:
         if self._renderer is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from _thread import get_ident
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 from gymnasium.spaces import Box
 
 from trust_env.batch import Arrays, Batch, checked_seed
+from trust_env.exclusive import THREAD
 from trust_env.spaces.action import ActionTable
 from trust_env.world.fields import FRAME_METRICS
 
@@ -64,27 +66,48 @@ class VectorEnv:
         Without a seed: the next episode of every world. options: {"worlds": int[W], "episodes": int[W]} picks
         what is replayed.
         """
-        options, arrays = options or {}, self.worlds.arrays
+        with self.worlds.use:
+            self._begin_episodes(seed, options or {})
+            return self.worlds.arrays.observation.copy(), _info(self.worlds.head())
+
+    def _begin_episodes(self, seed: int | None, options: Mapping[str, Any]) -> None:
+        arrays = self.worlds.arrays
         fresh = seed is not None or not self._started
         number = checked_seed(seed) if fresh else arrays.seed.copy()
         worlds = np.arange(self.num_worlds) if fresh else arrays.world_id.copy()
         episodes = np.zeros_like(worlds) if fresh else arrays.episode + 1
         worlds = self._indices("worlds", options["worlds"]) if "worlds" in options else worlds
         episodes = self._indices("episodes", options["episodes"]) if "episodes" in options else episodes
-        arrays.seed[...] = number  # only now, when all of it has been checked
-        arrays.world_id[...], arrays.episode[...] = worlds, episodes
+        self.worlds.use.unfinished = True  # only now, when all of it has been checked
+        arrays.seed[...], arrays.world_id[...], arrays.episode[...] = number, worlds, episodes
         self.worlds.start(np.ones(self.num_worlds, dtype=bool))
         self._started = True
-        return arrays.observation.copy(), _info(self.worlds.head())
+        self.worlds.use.unfinished = False
 
     def step(self, actions: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """One frame of every world on actions[W, K, A]: observations, rewards float64[W, K], terminated and
-        truncated bool[W], info.
+        truncated bool[W], info. RuntimeError before the first reset, from a second thread, and after a step or a
+        reset that broke off (an interrupt, an error in a user's own defense).
         """
-        if not self._started:
-            raise RuntimeError("call reset() before step()")
+        use, thread = self.worlds.use, get_ident()
+        if use.holder.setdefault(THREAD, thread) != thread:
+            use.take_over()
+        try:
+            if use.unfinished or not self._started:
+                self._refuse_step()
+            result = self._step(self._checked(actions))
+            use.unfinished = False
+            return result
+        finally:
+            use.holder.clear()
+
+    def _refuse_step(self) -> None:
+        self.worlds.use.check_finished()
+        raise RuntimeError("call reset() before step()")
+
+    def _step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         arrays = self.worlds.arrays
-        self.worlds.step(self._checked(actions))
+        self.worlds.step(actions)
         head = self.worlds.head()
         truncated, info = head["frame"] >= self.max_cycles, _info(head)
         if self.autoreset and truncated.any():

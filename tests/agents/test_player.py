@@ -69,7 +69,7 @@ class TestPlayer:
     def test_missing_methods_and_calls_raise_with_what_is_missing(self) -> None:
         env = vector_env("trio")
         seen, _ = env.reset(1)
-        with pytest.raises(NotImplementedError, match=r"Policy needs a method choose\(self, seen\)"):
+        with pytest.raises(ValueError, match=r"Policy\.act raised .*Policy needs a method choose\(self, seen\)"):
             Player(env, {"adversary": Policy()}).actions(seen)
         with pytest.raises(RuntimeError, match="false_positive: call reset"):
             build_policy("false_positive").act(seen[:, :1])

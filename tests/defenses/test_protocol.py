@@ -247,7 +247,7 @@ def test_answers_that_are_no_verdict(answer):
 
     env = trust_env.parallel_env("case1", Wrong())
     env.reset(seed=1)
-    with pytest.raises(TypeError, match=r"Wrong\.update must return a trust_env\.Verdict"):
+    with pytest.raises(ValueError, match=r"test_protocol\.py:Wrong\.update must return a trust_env\.Verdict, not "):
         env.step({agent: np.zeros(14) for agent in env.agents})
 
 

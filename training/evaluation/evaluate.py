@@ -16,7 +16,7 @@ import numpy as np
 
 from trust_env.agents import build_policy, sufficient_knowledge
 from trust_env.batch import checked_seed
-from trust_env.defenses import build_defense
+from trust_env.defenses import BuiltIn, build_defense
 from trust_env.metrics import METRICS
 from trust_env.parallel import TrustEnv
 from trust_env.scenario import Scenario, load_scenario
@@ -158,4 +158,15 @@ class _Evaluation:
         keys = [(attack.name, defense.name) for attack, defense in self.pairs()]
         cells = tuple(self.cells[key] for key in keys if key in self.cells)
         version = TrustEnv.metadata["name"]
-        return Results(self.scenario.name, self.seed, self.episodes, version, cells, self.notes)
+        notes = (*self.notes, *self._notes_on_trust())
+        return Results(self.scenario.name, self.seed, self.episodes, version, cells, notes)
+
+    def _notes_on_trust(self) -> list[str]:
+        """A line for every defense of the user's own that has no opinion of any track in any finished cell."""
+        notes = []
+        for defense in self.defenses:
+            cells = [cell for cell in self.cells.values() if cell.defense == defense.name]
+            undecided = bool(cells) and all(cell.is_undecided for cell in cells)
+            if undecided and not isinstance(defense.construct(), BuiltIn):
+                notes.append(f"100 % of the track trust of {defense.name} is NaN: it decides nothing")
+        return notes

@@ -36,6 +36,15 @@ class Cell:
         found = {name: interval(values) for name, values in self.metrics.items()}
         return {name: value for name, value in found.items() if value is not None}
 
+    @property
+    def is_undecided(self) -> bool:
+        """Whether tracks were confirmed, the defense's trust in every one was NaN, and it rejected none."""
+        found = self.metrics
+        has_tracks = not np.isnan(found["existence_brier"]).all()
+        has_opinions = not np.isnan(found["track_trust_brier"]).all()
+        rejects = any((found[f"{kind}_track_rejection_rate"] > 0.0).any() for kind in ("true", "false"))
+        return has_tracks and not has_opinions and not rejects
+
 
 @dataclass(frozen=True, eq=False)
 class Results:

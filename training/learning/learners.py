@@ -117,8 +117,11 @@ class Learners:
 
     def _begin(self, worlds: np.ndarray) -> None:
         """The next episode in the worlds of bool[W]."""
-        self.env.arrays.episode[worlds] += 1
-        self.env.worlds.start(worlds)
+        with self.env.worlds.use:
+            self.env.worlds.use.unfinished = True
+            self.env.arrays.episode[worlds] += 1
+            self.env.worlds.start(worlds)
+            self.env.worlds.use.unfinished = False
         self._ends[worlds] = self.env.max_cycles
         self.wrapper.reset(self._context(worlds))
 
@@ -146,7 +149,9 @@ class Learners:
         rows, own = np.asarray(state["rows"]), self.env.worlds.rows
         if rows.shape != own.shape or rows.dtype != own.dtype:
             raise ValueError(f"the snapshot holds worlds of {list(rows.shape)} bytes; these need {list(own.shape)}")
-        own[...] = rows
+        with self.env.worlds.use:
+            own[...] = rows
+            self.env.worlds.use.unfinished = False
         self._ends[...] = state["ends"]
         self._started = bool(state["started"])
         self.env._started = self._started

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -76,31 +77,38 @@ def threads_for(worlds: int, wanted: int) -> int:
 class WorkerThreads:
     """Does tasks in all of a number of worlds, on one thread for each of `own`, numbers for the kernel.
 
-    advance: the entry that `share_work` made; it is compiled at the first run.
+    advance: the entry that `share_work` made; it is compiled at the first run. memory: what the numbers are
+    addresses of; it lives as long as a thread may be at work on it.
 
     To wake a thread takes as long as a dozen worlds. So whoever runs out of work stays awake for a moment:
     the caller until all worlds are done, the others until the next task.
     """
 
-    def __init__(self, advance: Entry, worlds: int, own: Sequence[Sequence[int]]):
-        self.threads, self._advance = len(own), advance
+    def __init__(self, advance: Entry, worlds: int, own: Sequence[Sequence[int]], memory: Any):
+        self.threads, self._advance, self._memory = len(own), advance, memory
         self._shared = np.concatenate([np.zeros(OWN, dtype=np.int64), np.ravel(own)]).astype(np.int64)
         self._shared[[WORLDS, TAKEN, DONE]] = worlds
         self._shared[[THREADS, LEAST, MOST]] = self.threads, _LEAST, _MOST
         self._address = self._shared.ctypes.data
-        self._asleep = [True] * self.threads
+        self._awake = [threading.Lock() for _ in own]  # each one's own numbers are for one thread
         self._pool: ThreadPoolExecutor | None = None
-        self._owner = 0
+        self._process = os.getpid()
 
     def run(self, task: int) -> None:
-        """Do the task in all worlds."""
+        """Do the task in all worlds. Others are at work no longer when it returns, nor when it is interrupted,
+        unless it is so twice; then the next run waits for them.
+        """
         if self.threads == 1:
             self._advance(self._address, 0, task, _PATIENCE)
             return
         self._wake()
-        self._wait()  # for what an interrupt may have left unfinished
-        self._advance(self._address, 0, task, _PATIENCE)
-        self._wait()
+        try:
+            self._wait()
+            self._advance(self._address, 0, task, _PATIENCE)
+            self._wait()
+        except BaseException:
+            self._wait()
+            raise
 
     def _wait(self) -> None:
         """Until the worlds that other threads have in hand are done."""
@@ -108,22 +116,37 @@ class WorkerThreads:
             time.sleep(_NAP)
 
     def _wake(self) -> None:
-        if self._pool is None or self._owner != os.getpid():  # threads do not survive a fork
+        if self._process != os.getpid():
+            self._forget_threads()
+        if self._pool is None:
             self._advance.prepare()
             self._pool = ThreadPoolExecutor(self.threads - 1, thread_name_prefix="trust-env")
-            self._owner, self._asleep = os.getpid(), [True] * self.threads
-            self._shared[[TAKEN, DONE]] = self._shared[WORLDS]
-        for thread in range(1, self.threads):
-            if self._asleep[thread]:
-                self._asleep[thread] = False
-                self._pool.submit(self._help, thread)
+        try:
+            for thread in range(1, self.threads):
+                if not self._awake[thread].locked():
+                    self._pool.submit(self._help, thread)
+        except BaseException:
+            self._dismiss(wait=False)  # it may not know of a thread that it has started
+            raise
+
+    def _forget_threads(self) -> None:
+        """They do not survive a fork, nor does what they had in hand."""
+        self._shared[[TAKEN, DONE]] = self._shared[WORLDS]
+        self._awake = [threading.Lock() for _ in self._awake]
+        self._pool, self._process = None, os.getpid()
 
     def _help(self, thread: int) -> None:
-        self._advance(self._address, thread, 0, _PATIENCE)
-        self._asleep[thread] = True
+        if self._awake[thread].acquire(blocking=False):
+            try:
+                self._advance(self._address, thread, 0, _PATIENCE)
+            finally:
+                self._awake[thread].release()
 
     def close(self) -> None:
         """Send the threads home; another `run` calls them again."""
-        if self._pool is not None:
-            self._pool.shutdown()
-            self._pool = None
+        self._dismiss(wait=True)
+
+    def _dismiss(self, wait: bool) -> None:
+        pool, self._pool = self._pool, None
+        if pool is not None:
+            pool.shutdown(wait=wait)

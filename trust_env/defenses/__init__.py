@@ -14,6 +14,7 @@ from trust_env.defenses.score import Score
 from trust_env.defenses.trust import Trust
 from trust_env.errors import unknown_name
 from trust_env.spec import load_object, parse
+from trust_env.user_code import construct, missing_methods
 
 DEFENSES: dict[str, type[BuiltIn]] = {"score": Score, "trust": Trust, "majority": Majority}
 
@@ -33,24 +34,23 @@ def build_defense(defense: Any) -> BuiltIn | Defense:
     """A defense from its name (`trust(preset=cdc2024)`, `my_file.py:MyDefense(window=9)`) or from an object
     with `reset` and `update`.
 
-    Raises ValueError for an unknown name or parameter, TypeError for something that is no defense.
+    Raises ValueError for a name that gives no defense, or not with such parameters, TypeError for an object that
+    is none.
     """
-    if isinstance(defense, str):
-        spec = parse(defense)
-        if spec.path is None and spec.name not in DEFENSES:
-            raise unknown_name("defense", spec.name, DEFENSES)
-        make = load_object(spec) if spec.path is not None else DEFENSES[spec.name]
-        try:
-            defense = make(**spec.params)
-        except TypeError as error:
-            raise ValueError(f"defense {defense!r}: {error}") from error
-    if isinstance(defense, BuiltIn) or (
-        hasattr(defense, "reset") and hasattr(defense, "update") and not isinstance(defense, type)
-    ):
-        return defense
-    raise TypeError(
-        f"a defense is a name, or an object with `reset(shape, worlds)` and `update(evidence)`; got {defense!r}"
-    )
+    built = _build_from_name(defense) if isinstance(defense, str) else defense
+    fault = "" if isinstance(built, BuiltIn) else missing_methods(built, "reset(shape, worlds)", "update(evidence)")
+    if fault:
+        error = ValueError if isinstance(defense, str) else TypeError
+        raise error(f"a defense is a name, or an object with `reset(shape, worlds)` and `update(evidence)`; {fault}")
+    return built
+
+
+def _build_from_name(name: str) -> Any:
+    spec = parse(name)
+    if spec.path is None and spec.name not in DEFENSES:
+        raise unknown_name("defense", spec.name, DEFENSES)
+    make = DEFENSES[spec.name] if spec.path is None else load_object(spec)
+    return construct(make, spec.params) if callable(make) else make
 
 
 class _Registry(ModuleType):
