@@ -118,12 +118,7 @@ def test_resuming_a_finished_run_changes_nothing(run, capsys):
 
 
 def test_a_second_process_in_the_same_folder_raises(run):
-    from trust_env.training.learning.training_folder import TrainingFolder
-
-    with (
-        TrainingFolder.open(run.folder).alone(),
-        pytest.raises(ValueError, match="another process is training in this folder"),
-    ):
+    with files.locked(run.folder), pytest.raises(ValueError, match="another process is at work in this folder"):
         training.train(resume=run.folder, progress=False)
 
 
