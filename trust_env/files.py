@@ -27,14 +27,21 @@ def write_atomically(file: Path, write: Callable[[Path], Any]) -> None:
     What stood there before stays until the new file is complete and on the disk.
     OSError: it could not be written; nothing has changed then.
     """
+    # A file made in a temporary folder has the permissions of any new file, a temporary file has not.
+    options = {"prefix": f"{file.name}.", "suffix": _UNFINISHED, "dir": file.parent}
+    with naming(file), TemporaryDirectory(**options) as folder:
+        temporary = Path(folder) / file.name
+        write(temporary)
+        sync(temporary)
+        os.replace(temporary, file)
+    sync(file.parent)
+
+
+@contextlib.contextmanager
+def naming(file: Path | str) -> Iterator[None]:
+    """Every OSError of the block names this file."""
     try:
-        # A file made in a temporary folder has the permissions of any new file, a temporary file has not.
-        with TemporaryDirectory(prefix=f"{file.name}.", suffix=_UNFINISHED, dir=file.parent) as folder:
-            temporary = Path(folder) / file.name
-            write(temporary)
-            sync(temporary)
-            os.replace(temporary, file)
-        sync(file.parent)
+        yield
     except OSError as fault:
         raise OSError(fault.errno, fault.strerror or str(fault), str(file)) from None
 
@@ -45,7 +52,8 @@ def sync(path: Path) -> None:
         return  # folders cannot be opened there
     handle = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
     try:
-        os.fsync(handle)
+        with naming(path):
+            os.fsync(handle)
     finally:
         os.close(handle)
 
@@ -116,7 +124,7 @@ def _lock(file: Path) -> int:
             raise ValueError(f"{file.parent}: {text}") from None
         except OSError as fault:
             if fault.errno not in _NO_LOCKS:
-                raise OSError(fault.errno, fault.strerror, str(file)) from None
+                raise
         if _is_file(handle, file):
             return handle
         os.close(handle)  # who held the lock has removed the file since it was opened here
