@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import random
+import resource
 import signal
 import subprocess
 import sys
@@ -18,8 +19,9 @@ from paths import ROOT
 from training_runs import lines, weights
 
 PROGRAM = [sys.executable, "-m", "trust_env.training.cli"]
+STEPS = 192
 TRAINING = (
-    "steps=192", "worlds=4", "threads=1", "ppo.n_steps=8", "ppo.batch_size=16", "ppo.n_epochs=1",
+    f"steps={STEPS}", "worlds=4", "threads=1", "ppo.n_steps=8", "ppo.batch_size=16", "ppo.n_epochs=1",
     "network.layers=[8]", "evaluation.episodes=2", "evaluation.every=32", "checkpoint.every=0",
 )  # fmt: skip
 
@@ -32,7 +34,11 @@ class FolderRun(NamedTuple):
 
     def command(self, folder: Path) -> list[str]:
         """Begins the run, or continues it."""
-        return [*PROGRAM, *self.arguments, "--out", str(folder), "--resume"]
+        if self.arguments[0] != "train":
+            return [*PROGRAM, *self.arguments, "--out", str(folder), "--resume"]
+        if (folder / "config.yaml").exists():
+            return [*PROGRAM, "train", "--resume", str(folder)]
+        return [*PROGRAM, *self.arguments, "--out", str(folder)]
 
 
 def cells(folder: Path) -> dict[str, pa.Table]:
@@ -53,15 +59,22 @@ def parts(folder: Path) -> dict[str, Any]:
     saved = json.loads((folder / "finished.json").read_text())
     found: dict[str, Any] = {f"search {name}": _untimed(outcome) for name, outcome in saved["searches"].items()}
     for seed in saved["trainings"]:
-        run = folder / "learned" / f"seed_{seed}"
-        arrays = {name: array.tobytes() for name, array in weights(run).items()}
-        found[f"training {seed}"] = arrays, lines(run / "progress.csv"), lines(run / "evaluations.csv")
+        found[f"training {seed}"] = trained(folder / "learned" / f"seed_{seed}")
     for name, rows in cells(folder / "evaluation").items():
         found[name.replace(str(folder), "")] = rows.drop_columns("attack")
     if (folder / "exploit.md").exists():
         report = json.loads((folder / "exploit.json").read_text())
         found["report"] = [(one["kind"], one["damage"]) for one in report["attackers"]]
     return found
+
+
+def trained(folder: Path) -> dict[str, Any]:
+    """Weights and logs of a training run that is finished."""
+    evaluations = lines(folder / "evaluations.csv") if (folder / "evaluations.csv").exists() else []
+    if not evaluations or int(evaluations[-1]["steps"]) < STEPS:
+        return {}
+    arrays = {name: array.tobytes() for name, array in weights(folder).items()}
+    return {"weights": arrays, "progress": lines(folder / "progress.csv"), "evaluations": evaluations}
 
 
 def _untimed(outcome: dict[str, Any]) -> dict[str, Any]:
@@ -72,6 +85,9 @@ ATTACKS = ",".join(["honest", *(f"suppress(fraction={f / 10})" for f in range(1,
 EVALUATE = FolderRun(
     ["evaluate", "--scenario", "trio(horizon=60)", "--attack", ATTACKS, "--defense", "score,trust", "--episodes", "40"],
     cells,
+)
+TRAIN = FolderRun(
+    ["train", "--scenario", "trio(horizon=20)", *(word for field in TRAINING for word in ("--set", field))], trained
 )
 EXPLOIT = FolderRun(
     ["exploit", "--scenario", "trio(horizon=20)", "--defense", "score", "--episodes", "6", "--seeds", "2",
@@ -86,6 +102,18 @@ def played_in_peace(run: FolderRun, folder: Path) -> tuple[dict[str, Any], float
     began = time.monotonic()
     subprocess.run(run.command(folder), cwd=ROOT, check=True, capture_output=True)
     return run.finished(folder), time.monotonic() - began
+
+
+def out_of_space(run: FolderRun, folder: Path, most_bytes: int) -> str:
+    """What a run says on stderr that fails as no file may be larger than `most_bytes`."""
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, most_bytes))
+
+    done = subprocess.run(run.command(folder), cwd=ROOT, capture_output=True, text=True, preexec_fn=limit)
+    assert (done.returncode, done.stdout) == (2, ""), done.stderr
+    assert "Traceback" not in done.stderr
+    return done.stderr
 
 
 def kill(run: FolderRun, folder: Path, count: int, seconds: float) -> int:

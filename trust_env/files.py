@@ -43,7 +43,8 @@ def naming(file: Path | str) -> Iterator[None]:
     try:
         yield
     except OSError as fault:
-        raise OSError(fault.errno, fault.strerror or str(fault), str(file)) from None
+        text = str(fault) if fault.errno is None else os.strerror(fault.errno)
+        raise OSError(fault.errno, text, str(file)) from None
 
 
 def sync(path: Path) -> None:

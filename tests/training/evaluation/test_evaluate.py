@@ -9,7 +9,7 @@ import sys
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from folder_runs import EVALUATE, kill, played_in_peace
+from folder_runs import EVALUATE, kill, out_of_space, played_in_peace
 from paths import ROOT
 from scipy.stats import trim_mean
 
@@ -283,15 +283,21 @@ def test_resume_plays_only_what_is_missing(tmp_path, monkeypatch):
     assert played == ["honest", "suppress", "suppress"]
 
 
-def test_a_run_killed_before_and_between_cells_gives_the_results_of_an_uninterrupted_one(tmp_path):
+@pytest.fixture(scope="module")
+def uninterrupted(tmp_path_factory):
+    """A folder, the cells in it, and the seconds that the command took."""
+    folder = tmp_path_factory.mktemp("evaluation") / "whole"
+    return folder, *played_in_peace(EVALUATE, folder)
+
+
+def test_a_run_killed_before_and_between_cells_gives_the_results_of_an_uninterrupted_one(uninterrupted, tmp_path):
     """kill -9 while it starts, and after cells; what is finished stays, and all rows are the same in the end."""
-    whole, seconds = played_in_peace(EVALUATE, tmp_path / "whole")
-    out = tmp_path / "out"
+    (folder, whole, seconds), out = uninterrupted, tmp_path / "out"
     survived = [kill(EVALUATE, out, count, delay) for count, delay in ((0, seconds / 4), (1, 0.0), (4, 0.05))]
     assert survived == sorted(survived) and 1 <= survived[1] < len(whole)
     assert played_in_peace(EVALUATE, out)[0] == whole and len(whole) == 12
     assert sorted(p.name for p in out.iterdir()) == ["results.json", "results.parquet"]
-    assert (out / "results.json").read_bytes() == (tmp_path / "whole" / "results.json").read_bytes()
+    assert (out / "results.json").read_bytes() == (folder / "results.json").read_bytes()
 
 
 def test_a_second_process_in_the_same_folder_is_refused_whether_it_begins_or_resumes(tmp_path):
@@ -305,8 +311,21 @@ def test_a_second_process_in_the_same_folder_is_refused_whether_it_begins_or_res
     assert _same(_evaluate(tmp_path, resume=True), first)
 
 
-def test_of_two_processes_started_at_once_one_plays_and_one_is_refused(tmp_path):
-    whole = played_in_peace(EVALUATE, tmp_path / "whole")[0]
+def test_a_full_disk_keeps_the_cells_and_the_command_names_the_file(uninterrupted, tmp_path):
+    """A limit to the size of files stands for the disk: results.parquet outgrows it after some cells."""
+    _, whole, _ = uninterrupted
+    told = out_of_space(EVALUATE, tmp_path / "none", 100)
+    assert told == f"trust-env: error: {tmp_path}/none/results.parquet: File too large\n"
+    out = tmp_path / "out"
+    told = out_of_space(EVALUATE, out, 22_000)
+    assert f"the finished cells are in {out}; --resume continues" in told
+    assert told.endswith(f"error: {out}/results.parquet: File too large\n")
+    assert 1 <= len(EVALUATE.finished(out)) < len(whole)
+    assert played_in_peace(EVALUATE, out)[0] == whole
+
+
+def test_of_two_processes_started_at_once_one_plays_and_one_is_refused(uninterrupted, tmp_path):
+    _, whole, _ = uninterrupted
     begin = {"cwd": ROOT, "stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
     both = [subprocess.Popen(EVALUATE.command(tmp_path / "out"), **begin) for _ in range(2)]
     ended = sorted((each.communicate()[1], each.returncode) for each in both)
