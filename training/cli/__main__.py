@@ -2,6 +2,6 @@
 
 import sys
 
-from trust_env.training.cli.main import main
+from trust_env.training.cli.main import program
 
-sys.exit(main())
+sys.exit(program())
