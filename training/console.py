@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from rich.console import Console
 from rich.measure import Measurement
@@ -50,13 +51,17 @@ def print_table(console: Console, table: Table) -> None:
         console.print(table.title)
     for cells in zip(*(column.cells for column in table.columns)):
         for column, cell in zip(table.columns, cells):
-            header, text = (
-                one if isinstance(one, Text) else Text.from_markup(str(one)) for one in (column.header, cell)
-            )
-            console.print(Text(": ").join(Text(part.plain.replace("\n", " ")) for part in (header, text) if part.plain))
+            header, text = _line(column.header), _line(cell)
+            if text:
+                console.print(Text(f"{header}: {text}" if header else text))
         console.print()
     if table.caption:
         console.print(table.caption)
+
+
+def _line(cell: Any) -> str:
+    """The text of a cell without its line breaks and its markup."""
+    return (cell if isinstance(cell, Text) else Text.from_markup(str(cell))).plain.replace("\n", " ")
 
 
 def _narrowest(console: Console, column: Column) -> int:

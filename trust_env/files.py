@@ -13,8 +13,8 @@ from typing import Any
 
 try:
     import fcntl
-except ImportError:  # Windows has no such locks
-    fcntl = None
+except ImportError:
+    fcntl: Any = None  # Windows has no such locks
 
 _UNFINISHED = ".unfinished"  # how the name of a folder ends that holds a file while it is being written
 _LOCK = ".trust_env.lock"

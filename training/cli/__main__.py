@@ -2,6 +2,6 @@
 
 import sys
 
-from trust_env.training.cli.main import program
+from trust_env.training.cli.main import main
 
-sys.exit(program())
+sys.exit(main())

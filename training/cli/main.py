@@ -53,14 +53,14 @@ def _build_group(group: Group) -> SubcommandApp:
     return app
 
 
-def program() -> int:
-    """`main` with the arguments and the streams of this process."""
-    open_streams()
-    return main(sys.argv[1:])
+def main(args: Sequence[str] | None = None) -> int:
+    """Run one command. 0: done; 1: a check failed; 2: wrong input; 130: interrupted.
 
-
-def main(args: Sequence[str]) -> int:
-    """Run one command. 0: done; 1: a check failed; 2: wrong input; 130: interrupted."""
+    args: by default those of the process, which then also gets streams that cannot fail.
+    """
+    if args is None:
+        open_streams()
+        args = sys.argv[1:]
     try:
         check_command(args)
         code = build_app().cli(

@@ -7,9 +7,12 @@ import io
 import os
 import sys
 import unicodedata
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
 from trust_env.files import naming
+
+if TYPE_CHECKING:
+    from typing_extensions import Buffer
 
 _NEAREST = "trust_env.nearest"  # an error handler: the nearest sign that every encoding has
 _SIGNS = {**dict.fromkeys("–—−─━═╌", "-"), **dict.fromkeys("│┃║", "|"), "…": "~", "×": "x", "·": "."}  # fmt: skip
@@ -26,8 +29,10 @@ def open_streams() -> None:
 
 
 def _opened(stream: TextIO | None, handle: int, name: str) -> TextIO:
+    if stream is not None and os.name == "nt":
+        return stream  # its console takes no bytes
     encoding = "utf-8" if stream is None else stream.encoding
-    lines = stream is not None and (stream.line_buffering or name == "stderr")
+    lines = name == "stderr" or (stream is not None and stream.isatty())
     return io.TextIOWrapper(io.BufferedWriter(_Output(handle, name)), encoding, _NEAREST, line_buffering=lines)
 
 
@@ -41,15 +46,15 @@ class _Output(io.FileIO):
         super().__init__(handle, "w", closefd=False)
         self._label, self._lost = name, name == "stderr"
 
-    def write(self, data: bytes) -> int:  # type: ignore[override]
+    def write(self, data: Buffer) -> int:
         try:
             with naming(self._label):
                 return super().write(data)
         except BrokenPipeError:
-            return len(data)
+            return memoryview(data).nbytes
         except OSError:
             if self._lost:
-                return len(data)
+                return memoryview(data).nbytes
             self._lost = True
             raise
 
