@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import random
 import resource
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -129,13 +128,3 @@ def kill(run: FolderRun, folder: Path, count: int, seconds: float) -> int:
     after = run.finished(folder)
     assert {name: after.get(name) for name in before} == before, "something finished is lost"
     return len(after)
-
-
-def killed_at_random(run: FolderRun, folder: Path, kills: int, rng: random.Random) -> Iterator[int]:
-    """How many parts were finished at every kill of runs that are killed at any moment twice, and then end."""
-    whole, seconds = played_in_peace(run, folder / "whole")
-    for k in range(kills):
-        killed = folder / f"killed_{k // 2}"
-        yield kill(run, killed, 0, rng.uniform(0.0, seconds))
-        if k % 2 or k == kills - 1:
-            assert played_in_peace(run, killed)[0] == whole, f"{killed} differs from the run that nothing interrupted"

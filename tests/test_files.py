@@ -10,7 +10,7 @@ import pytest
 from paths import ROOT
 
 from trust_env import files
-from trust_env.files import folder_contents, locked, remove_unfinished, require_empty, write_atomically
+from trust_env.files import expanded, folder_contents, locked, remove_unfinished, require_empty, write_atomically
 
 
 @pytest.mark.parametrize("fault", [OSError(errno.ENOSPC, "No space left on device"), KeyboardInterrupt()])
@@ -69,6 +69,12 @@ def test_a_folder_that_is_not_empty_is_refused_by_what_it_holds(tmp_path):
         require_empty(tmp_path, "--resume", ignored={"new"})
     with pytest.raises(ValueError, match=r"thesis\.tex: expected a folder, this is a file"):
         require_empty(tmp_path / "thesis.tex")
+
+
+def test_a_home_that_is_nobodys_is_a_folder_like_any_other(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert expanded("~/runs") == tmp_path / "runs"
+    assert str(expanded("~nobody_of_that_name/runs")) == "~nobody_of_that_name/runs"
 
 
 needs_locks = pytest.mark.skipif(files.fcntl is None, reason="this system has no such locks")

@@ -21,6 +21,11 @@ _LOCK = ".trust_env.lock"
 _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP}  # on some file systems of networks
 
 
+def expanded(path: str | Path) -> Path:
+    """The path, with ~ and ~name as the folders that they stand for; as it is where they stand for none."""
+    return Path(os.path.expanduser(path))
+
+
 def write_atomically(file: Path, write: Callable[[Path], Any]) -> None:
     """Make `file` what `write(path)` writes to another path, whole or not at all, whenever the program dies.
 

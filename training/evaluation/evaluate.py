@@ -17,7 +17,7 @@ import numpy as np
 from trust_env.agents import build_policy, sufficient_knowledge
 from trust_env.batch import checked_seed
 from trust_env.defenses import build_defense
-from trust_env.files import locked
+from trust_env.files import expanded, locked
 from trust_env.metrics import METRICS
 from trust_env.parallel import TrustEnv
 from trust_env.scenario import Scenario, load_scenario
@@ -77,7 +77,7 @@ def evaluate(
     if out is None:
         run.play(None, progress)
     else:
-        run.play_in(Path(out).expanduser(), resume, progress)
+        run.play_in(expanded(out), resume, progress)
     return run.results()
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from trust_env.files import locked
+from trust_env.files import expanded, locked
 from trust_env.scenario import Scenario, load_scenario
 from trust_env.training.console import progress_bar
 from trust_env.training.learning.configuration import Configuration, load_configuration
@@ -82,7 +82,7 @@ def train(
         _check_nothing_beside_resume({"scenario": scenario, "out": out, "config": config} | given)
         folder, new_run = TrainingFolder.open(resume), None
     elif out is not None:
-        folder, new_run = TrainingFolder(Path(out).expanduser()), _new_run(scenario, config, given)
+        folder, new_run = TrainingFolder(expanded(out)), _new_run(scenario, config, given)
     else:
         raise ValueError("train: expected out, a new or empty folder for the run, or resume, that of a run")
     from trust_env.training.learning.torch_state import isolated_torch

@@ -22,7 +22,7 @@ from typing import Any
 
 import trust_env
 from trust_env.agents import parse_policy
-from trust_env.files import folder_contents, remove_unfinished, require_empty, write_atomically
+from trust_env.files import expanded, folder_contents, remove_unfinished, require_empty, write_atomically
 from trust_env.scenario import Scenario, load_scenario
 from trust_env.spec import parse
 from trust_env.training.evaluation.configuration import digest, files_of
@@ -50,7 +50,7 @@ class TrainingFolder:
     @classmethod
     def open(cls, path: str | Path) -> TrainingFolder:
         """ValueError: there is no training run in it."""
-        folder = cls(Path(path).expanduser())
+        folder = cls(expanded(path))
         if not (folder.path / CONFIG).is_file() or not (folder.path / RUN).is_file():
             found = "there is no such folder" if not folder.path.is_dir() else f"there is no {CONFIG} in it"
             raise ValueError(f"{path}: {found}; expected the folder of a training run, made by train --out")

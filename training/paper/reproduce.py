@@ -15,6 +15,7 @@ import numpy as np
 from rich.console import Console
 from rich.text import Text
 
+from trust_env.files import expanded
 from trust_env.training.console import print_table, progress_bar
 from trust_env.training.evaluation.play import positive_int
 from trust_env.training.paper import tables
@@ -151,7 +152,7 @@ def _figures(
         return ()
     from trust_env.training.paper.figures import write_figures
 
-    return write_figures(Path(out).expanduser(), rows, panels)
+    return write_figures(expanded(out), rows, panels)
 
 
 def _without_infinities(row: dict[str, Any]) -> dict[str, Any]:
