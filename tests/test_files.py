@@ -10,7 +10,7 @@ import pytest
 from paths import ROOT
 
 from trust_env import files
-from trust_env.files import folder_contents, remove_unfinished, require_empty, write_atomically
+from trust_env.files import expanded, folder_contents, locked, remove_unfinished, require_empty, write_atomically
 
 
 @pytest.mark.parametrize("fault", [OSError(errno.ENOSPC, "No space left on device"), KeyboardInterrupt()])
@@ -69,3 +69,59 @@ def test_a_folder_that_is_not_empty_is_refused_by_what_it_holds(tmp_path):
         require_empty(tmp_path, "--resume", ignored={"new"})
     with pytest.raises(ValueError, match=r"thesis\.tex: expected a folder, this is a file"):
         require_empty(tmp_path / "thesis.tex")
+
+
+def test_a_home_that_is_nobodys_is_a_folder_like_any_other(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert expanded("~/runs") == tmp_path / "runs"
+    assert str(expanded("~nobody_of_that_name/runs")) == "~nobody_of_that_name/runs"
+
+
+needs_locks = pytest.mark.skipif(files.fcntl is None, reason="this system has no such locks")
+LOCKS = (
+    "import sys; from pathlib import Path; from trust_env.files import locked\n"
+    "with locked(Path(sys.argv[1])): print('locked', flush=True), sys.stdin.read()"
+)
+
+
+@needs_locks
+def test_a_folder_is_locked_until_its_process_ends_or_is_killed(tmp_path):
+    folder = tmp_path / "new" / "folder"
+    command = [sys.executable, "-c", LOCKS, str(folder)]
+    other = subprocess.Popen(command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert other.stdout is not None and other.stdout.readline() == "locked\n"
+    with pytest.raises(ValueError, match=r"folder: another process is at work in this folder"), locked(folder):
+        pass
+    other.kill()
+    other.wait()
+    with locked(folder):
+        assert folder_contents(folder) == []
+    assert list(folder.iterdir()) == []
+
+
+@needs_locks
+def test_a_lock_that_its_owner_removes_is_not_taken_for_one(tmp_path, monkeypatch):
+    """Opened while it was another's, locked when it is nobody's: whoever comes next would make a second file."""
+    flock, handles = files.fcntl.flock, []
+
+    def owner_ends_first(handle, operation):
+        if not handles:
+            next(tmp_path.iterdir()).unlink()
+        handles.append(handle)
+        flock(handle, operation)
+
+    monkeypatch.setattr(files.fcntl, "flock", owner_ends_first)
+    with locked(tmp_path), pytest.raises(ValueError, match="another process"), locked(tmp_path):
+        pass
+    assert len(handles) == 3
+
+
+@needs_locks
+def test_a_file_system_without_locks_is_used_without(tmp_path, monkeypatch):
+    def unknown(handle, operation):
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(files.fcntl, "flock", unknown)
+    with locked(tmp_path):
+        assert folder_contents(tmp_path) == []
+    assert list(tmp_path.iterdir()) == []

@@ -17,7 +17,7 @@ import safetensors
 import safetensors.numpy
 
 from trust_env.agents.learned.policy_checks import FORMAT, check_policy, shortened
-from trust_env.files import write_atomically
+from trust_env.files import expanded, write_atomically
 
 FILE = "policy.safetensors"  # in a run folder
 MOST_BYTES, MOST_HEADER = 64 << 20, 1 << 20
@@ -32,7 +32,7 @@ Tensors = dict[str, np.ndarray]
 
 def policy_file(path: str | Path) -> Path:
     """The policy file that a path names: itself, or the one in a run folder. ValueError: there is none."""
-    given = Path(path).expanduser()
+    given = expanded(path)
     if given.is_dir() and not (given / FILE).is_file():
         raise ValueError(f"{given}: there is no {FILE} in this folder; expected the folder of a training run")
     file = given / FILE if given.is_dir() else given
@@ -51,7 +51,7 @@ def save_policy(path: str | Path, tensors: Mapping[str, np.ndarray], config: Map
     arrays = {name: np.ascontiguousarray(tensors[name]) for name in sorted(tensors)}
     check_policy(arrays, config)
     data = safetensors.numpy.save(arrays, {_KEY: json.dumps(config)})
-    file = Path(path).expanduser()
+    file = expanded(path)
     file = file / FILE if file.is_dir() else file
     write_atomically(file, lambda path: path.write_bytes(data))
 

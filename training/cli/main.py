@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import tyro
 from tyro.extras import SubcommandApp
 
+from trust_env.errors import unknown_name
 from trust_env.training.cli import attacks, defenses, scenarios
 from trust_env.training.cli.benchmark import benchmark
 from trust_env.training.cli.conform import conform
@@ -16,6 +17,7 @@ from trust_env.training.cli.evaluate import evaluate
 from trust_env.training.cli.exploit import exploit
 from trust_env.training.cli.options import INTERRUPTED, OK, WRONG_INPUT, Command, Group
 from trust_env.training.cli.reproduce import reproduce
+from trust_env.training.cli.streams import open_streams
 from trust_env.training.cli.train import train
 
 DEBUG = "TRUST_ENV_DEBUG"  # set it to see where an error comes from
@@ -52,8 +54,15 @@ def _build_group(group: Group) -> SubcommandApp:
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run one command. 0: done; 1: a check failed; 2: wrong input; 130: interrupted."""
+    """Run one command. 0: done; 1: a check failed; 2: wrong input; 130: interrupted.
+
+    args: by default those of the process, which then also gets streams that cannot fail.
+    """
+    if args is None:
+        open_streams()
+        args = sys.argv[1:]
     try:
+        check_command(args)
         code = build_app().cli(
             prog="trust-env",
             description="Attacks and trust defenses in multi-agent sensor fusion.",
@@ -65,14 +74,21 @@ def main(args: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("trust-env: interrupted", file=sys.stderr)
         return INTERRUPTED
-    except BrokenPipeError:  # whoever read the output has left, as in `trust-env ... | head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return OK
     except (ValueError, OSError, ImportError) as error:
         if os.environ.get(DEBUG):
             raise
         print(f"trust-env: error: {format_error(error)}", file=sys.stderr)
         return WRONG_INPUT
+
+
+def check_command(args: Sequence[str]) -> None:
+    """ValueError, with the nearest name, for the first word that should be a command and is not."""
+    words = [word for word in args[:2] if not word.startswith("-")]
+    command = COMMANDS.get(words[0]) if words else None
+    if words and command is None:
+        raise unknown_name("command", words[0], COMMANDS)
+    if isinstance(command, Group) and words[1:] and words[1] not in command.commands:
+        raise unknown_name(f"command of {words[0]}", words[1], command.commands)
 
 
 def format_error(error: Exception) -> str:

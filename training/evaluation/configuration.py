@@ -12,6 +12,7 @@ from typing import Any
 import trust_env
 from trust_env.agents import is_run, parse_policy
 from trust_env.agents.learned.policy import Learned
+from trust_env.files import expanded
 from trust_env.parallel import TrustEnv
 from trust_env.scenario import Scenario
 from trust_env.spec import Spec, parse, split_specs
@@ -96,4 +97,4 @@ def files_of(spec: Spec) -> Iterator[tuple[str, str | Path]]:
 
 def digest(file: str | Path) -> str:
     """The first 16 digits of the SHA-256 of a file's content."""
-    return hashlib.sha256(Path(file).expanduser().read_bytes()).hexdigest()[:16]
+    return hashlib.sha256(expanded(file).read_bytes()).hexdigest()[:16]

@@ -17,7 +17,7 @@ from trust_env.agents import Player, build_policy, sufficient_knowledge
 from trust_env.conformance import CHECKS, Report, check, random_policy
 from trust_env.scenario import load_scenario
 from trust_env.spec import load_object, parse, split_specs
-from trust_env.training.console import progress_bar
+from trust_env.training.console import print_table, progress_bar
 from trust_env.training.evaluation.recording import needs_recording
 
 
@@ -45,7 +45,7 @@ class Conformance:
             counts = [str(len(names)) for names in (report.passed, report.failed, report.skipped)]
             seconds = f"{sum(result.seconds for result in report.results):.1f}"
             table.add_row(Text(report.environment), *counts, seconds, style="" if report.ok else "bold red")
-        console.print(table)
+        print_table(console, table)
         for report in self.reports:
             for name in report.failed:
                 console.print(f"{report.environment}: {name}: {report[name].detail}", markup=False, style="red")

@@ -17,6 +17,7 @@ import numpy as np
 from trust_env.agents import build_policy, sufficient_knowledge
 from trust_env.batch import checked_seed
 from trust_env.defenses import BuiltIn, build_defense
+from trust_env.files import expanded, locked
 from trust_env.metrics import METRICS
 from trust_env.parallel import TrustEnv
 from trust_env.scenario import Scenario, load_scenario
@@ -73,13 +74,10 @@ def evaluate(
         _notes(world, level, attack_specs),
     )
     run.play_first_frames()
-    folder = None
-    if out is not None:
-        settings = configuration(run.scenario, run.attacks, run.defenses, run.episodes, run.seed, run.horizon)
-        folder = RunFolder(out, settings, run.episodes * len(run.pairs()), resume)
-        run.cells = {cell.key: cell for cell in folder.cells}
-        folder.save(run.results())
-    run.play(folder, progress)
+    if out is None:
+        run.play(None, progress)
+    else:
+        run.play_in(expanded(out), resume, progress)
     return run.results()
 
 
@@ -123,6 +121,15 @@ class _Evaluation:
         pairs = [(each, defense) for each in self.attacks] + [(attack, each) for each in self.defenses[1:]]
         for attack, defense in pairs:
             self._play_worlds(attack, defense, np.arange(1), 1, lambda _: None)
+
+    def play_in(self, path: Path, resume: bool, progress: bool) -> None:
+        """Play the cells that are missing in a folder, in which no other process is at work."""
+        settings = configuration(self.scenario, self.attacks, self.defenses, self.episodes, self.seed, self.horizon)
+        with locked(path):
+            folder = RunFolder(path, settings, self.episodes * len(self.pairs()), resume)
+            self.cells = {cell.key: cell for cell in folder.cells}
+            folder.save(self.results())
+            self.play(folder, progress)
 
     def play(self, folder: RunFolder | None, progress: bool) -> None:
         """Play all cells that are missing, and save each in the folder as soon as it is finished."""

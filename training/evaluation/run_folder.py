@@ -1,4 +1,4 @@
-"""The folder of an evaluation: results.parquet with every finished cell, and results.json.
+"""The folder of an evaluation: results.parquet with every finished cell, and results.json. Lock it first.
 
 A finished cell survives whatever happens next, as each file is written whole or not at all. The configuration
 stands in results.parquet, so that a run is resumed with the same one only.
@@ -24,9 +24,9 @@ _BYTES_PER_EPISODE = 1024  # of results.parquet, generously
 class RunFolder:
     """`cells`: those that an earlier run of the same configuration has finished."""
 
-    def __init__(self, path: str | Path, configuration: Mapping[str, Any], episodes: int, resume: bool = False):
+    def __init__(self, path: Path, configuration: Mapping[str, Any], episodes: int, resume: bool = False):
         """ValueError for a folder that may not be used, OSError for one that cannot be written."""
-        self.path = Path(path).expanduser()
+        self.path = path
         self._configuration = json.loads(json.dumps(configuration))  # as it will be read back
         self.cells: list[Cell] = []
         self._prepare(resume)

@@ -53,7 +53,8 @@ def print_results(results: Results, metrics: Sequence[str], console: Console) ->
 def result_tables(results: Results, metrics: Sequence[str], width: int) -> Iterator[Table]:
     """Tables with a row for every cell and a column for every metric, as many as the width needs."""
     names = [("attack", *(c.attack for c in results.cells)), ("defense", *(c.defense for c in results.cells))]
-    widths = [min(_NAME_WIDTH, max(map(len, column))) for column in names]
+    widest = min(_NAME_WIDTH, (width - 1 - _METRIC_WIDTH - 3 * _BORDER_WIDTH) // 2)
+    widths = [max(1, min(widest, max(map(len, column)))) for column in names]
     room = width - 1 - sum(widths) - 2 * _BORDER_WIDTH
     fitting = max(1, room // (_METRIC_WIDTH + _BORDER_WIDTH))
     for first in range(0, len(metrics), fitting):
@@ -62,7 +63,7 @@ def result_tables(results: Results, metrics: Sequence[str], width: int) -> Itera
         for column, widest in zip(table.columns, widths):
             column.width, column.overflow = widest, "fold"
         for column in table.columns[2:]:
-            column.justify = "right"
+            column.justify, column.overflow = "right", "fold"
         above = ""
         for cell in results.cells:
             table.add_section() if above not in ("", cell.attack) else None

@@ -10,6 +10,7 @@ metrics.
 from __future__ import annotations
 
 import csv
+import io
 import itertools
 import time
 from pathlib import Path
@@ -17,6 +18,8 @@ from typing import Annotated
 
 import numpy as np
 import tyro
+
+from trust_env.files import write_atomically
 
 COLUMNS = ("wrapper", "defense", "seed", "steps", "seconds", "damage", "false_tracks", "missing_targets")
 
@@ -62,8 +65,9 @@ def _read(file: Path) -> list[tuple]:
 
 
 def _write(file: Path, rows: list[tuple]) -> None:
-    with file.open("w", newline="") as lines:
-        csv.writer(lines).writerows([COLUMNS, *rows])
+    text = io.StringIO(newline="")
+    csv.writer(text).writerows([COLUMNS, *rows])
+    write_atomically(file, lambda path: path.write_bytes(text.getvalue().encode()))
 
 
 def _table(rows: list[tuple]) -> str:

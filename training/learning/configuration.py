@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
+from trust_env.files import expanded
 from trust_env.scenario.errors import Origins, Problem, problems_of
 from trust_env.scenario.layers import Layer, locations, merge_layers
 from trust_env.scenario.overrides import override_layer
@@ -134,7 +135,7 @@ def _layer_of(config: str | Path | Mapping[str, Any]) -> Layer:
     if isinstance(config, Mapping):
         return Layer(dict(config), Origins("mapping", locations(config, "mapping")))
     try:
-        text = Path(config).expanduser().read_text(encoding="utf-8-sig")
+        text = expanded(config).read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as fault:
         reason = fault.strerror if isinstance(fault, OSError) else "not in UTF-8"
         raise ValueError(f"{config}: {reason}; expected a YAML file") from None

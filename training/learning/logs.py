@@ -6,16 +6,23 @@ to it, so that no line stands there twice.
 
 from __future__ import annotations
 
+import contextlib
 import csv
+import io
 import os
+import socket
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from stable_baselines3.common.logger import KVWriter, Logger, TensorBoardOutputFormat
+from stable_baselines3.common.logger import KVWriter, Logger
+from tensorboard.compat.proto.event_pb2 import Event  # type: ignore[attr-defined]
+from tensorboard.compat.proto.summary_pb2 import Summary  # type: ignore[attr-defined]
+from tensorboard.summary.writer.record_writer import RecordWriter
 
-from trust_env.files import sync
+from trust_env.files import naming, sync
 from trust_env.metrics import METRICS
 
 PROGRESS, EVALUATIONS, TENSORBOARD = "progress.csv", "evaluations.csv", "tensorboard"
@@ -34,14 +41,13 @@ class Logs:
 
     def __init__(self, folder: Path):
         self._folder = folder
-        board = TensorBoardOutputFormat(str(folder / TENSORBOARD))
+        self._board = TensorBoardFile(folder / TENSORBOARD)
         self._lines = {
             name: AppendedCsv(folder / name, columns)
             for name, columns in ((PROGRESS, PROGRESS_COLUMNS), (EVALUATIONS, EVALUATION_COLUMNS))
         }
-        self.training = Logger(str(folder), [board, self._lines[PROGRESS]])
-        self.evaluation = Logger(str(folder), [board, self._lines[EVALUATIONS]])
-        self._board = board
+        self.training = Logger(str(folder), [self._board, self._lines[PROGRESS]])
+        self.evaluation = Logger(str(folder), [self._board, self._lines[EVALUATIONS]])
 
     def sizes(self) -> dict[str, int]:
         """The size of every file in bytes, after all of it is on the disk."""
@@ -72,25 +78,62 @@ def _files(folder: Path) -> list[Path]:
     return [file for file in found if file.is_file()]
 
 
+class AppendedFile:
+    """A file to whose end bytes are added."""
+
+    def __init__(self, path: Path):
+        self._path, self._file = path, open(path, "ab")  # noqa: SIM115
+
+    def write(self, data: bytes) -> None:
+        """Add to the file at once. OSError, naming the file: there is no room, or the like."""
+        with naming(self._path):
+            self._file.write(data)
+            self._file.flush()
+
+    def close(self) -> None:
+        with contextlib.suppress(OSError):  # `write` has raised it before
+            self._file.close()
+
+
+class TensorBoardFile(KVWriter):
+    """A file of scalars for TensorBoard, whose own writer fails in a thread, and then names no file."""
+
+    def __init__(self, folder: Path):
+        folder.mkdir(exist_ok=True)
+        seconds, number = int(time.time()), len(list(folder.iterdir()))
+        name = f"events.out.tfevents.{seconds}.{socket.gethostname()}.{os.getpid()}.{number}"
+        self._file = AppendedFile(folder / name)
+        self._records = RecordWriter(self._file)
+        self._add(file_version="brain.Event:2")
+
+    def write(self, key_values: dict[str, Any], key_excluded: dict[str, tuple[str, ...]], step: int = 0) -> None:
+        for name, value in key_values.items():
+            if "tensorboard" not in (key_excluded.get(name) or ()):
+                self._add(step=step, summary=Summary(value=[Summary.Value(tag=name, simple_value=float(value))]))
+
+    def _add(self, **fields: Any) -> None:
+        self._records.write(Event(wall_time=time.time(), **fields).SerializeToString())
+
+    def close(self) -> None:
+        self._file.close()
+
+
 class AppendedCsv(KVWriter):
     """A line for every dump, of the given columns, without the part of their names before the slash."""
 
     def __init__(self, file: Path, columns: Sequence[str]):
         self._columns = columns
-        self._file = open(file, "a", newline="", encoding="utf-8")  # noqa: SIM115
-        self._writer = csv.writer(self._file)
-        if self._file.tell() == 0:
+        self._file = AppendedFile(file)
+        if file.stat().st_size == 0:
             self._add([name.partition("/")[2] for name in columns])
 
     def write(self, key_values: dict[str, Any], key_excluded: dict[str, tuple[str, ...]], step: int = 0) -> None:
         self._add([_text(key_values.get(name)) for name in self._columns])
 
     def _add(self, row: list[str]) -> None:
-        try:
-            self._writer.writerow(row)
-            self._file.flush()
-        except OSError as fault:
-            raise OSError(fault.errno, fault.strerror or str(fault), self._file.name) from None
+        line = io.StringIO(newline="")
+        csv.writer(line).writerow(row)
+        self._file.write(line.getvalue().encode())
 
     def close(self) -> None:
         self._file.close()

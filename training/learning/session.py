@@ -68,10 +68,14 @@ class Session:
         return self.model.num_timesteps
 
     @property
+    def rollout(self) -> int:
+        """Steps of all learners between two updates."""
+        return self.model.n_steps * self.model.n_envs
+
+    @property
     def total(self) -> int:
         """Steps in the end: the last rollout is a whole one."""
-        rollout = self.model.n_steps * self.model.n_envs
-        return -(-self.config.steps // rollout) * rollout
+        return -(-self.config.steps // self.rollout) * self.rollout
 
     @property
     def finished(self) -> bool:

@@ -15,9 +15,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from trust_env.scenario import load_scenario
+from trust_env.files import expanded, locked
+from trust_env.scenario import Scenario, load_scenario
 from trust_env.training.console import progress_bar
-from trust_env.training.learning.configuration import load_configuration
+from trust_env.training.learning.configuration import Configuration, load_configuration
 from trust_env.training.learning.signals import stop_on_signals
 
 if TYPE_CHECKING:
@@ -79,13 +80,18 @@ def train(
     given = {name: value for name, value in own.items() if value is not None} | dict(overrides or {})
     if resume is not None:
         _check_nothing_beside_resume({"scenario": scenario, "out": out, "config": config} | given)
-        folder = TrainingFolder.open(resume)
+        folder, new_run = TrainingFolder.open(resume), None
+    elif out is not None:
+        folder, new_run = TrainingFolder(expanded(out)), _new_run(scenario, config, given)
     else:
-        folder = _begin(scenario, config, given, out)
+        raise ValueError("train: expected out, a new or empty folder for the run, or resume, that of a run")
     from trust_env.training.learning.torch_state import isolated_torch
 
-    with folder.alone(), isolated_torch(folder.configuration().threads):
-        return _continue(folder, progress)
+    with locked(folder.path):
+        if new_run is not None:
+            folder.create(*new_run)
+        with isolated_torch(folder.configuration().threads):
+            return _continue(folder, progress)
 
 
 def _check_nothing_beside_resume(given: Mapping[str, Any]) -> None:
@@ -97,20 +103,17 @@ def _check_nothing_beside_resume(given: Mapping[str, Any]) -> None:
         )
 
 
-def _begin(scenario: Any, config: Any, given: Mapping[str, Any], out: str | Path | None) -> TrainingFolder:
-    """The folder of a run that has not begun, if it can be trained at all."""
+def _new_run(scenario: Any, config: Any, given: Mapping[str, Any]) -> tuple[Configuration, Scenario]:
+    """What is trained. ValueError: it cannot be."""
     from trust_env.training.learning.session import build_learners
-    from trust_env.training.learning.training_folder import TrainingFolder
 
-    if out is None:
-        raise ValueError("train: expected out, a new or empty folder for the run, or resume, that of a run")
     named = scenario
     if scenario is not None and not isinstance(scenario, (str, Path)):
         named = load_scenario(scenario).name
     settings = load_configuration(config, given if named is None else {"scenario": str(named), **given})
     loaded = load_scenario(settings.scenario if scenario is None else scenario)
     build_learners(settings, loaded, num_worlds=1).close()  # ValueError for what does not fit together
-    return TrainingFolder.create(out, settings, loaded)
+    return settings, loaded
 
 
 def _continue(folder: TrainingFolder, progress: bool) -> TrainingRun:
@@ -120,7 +123,9 @@ def _continue(folder: TrainingFolder, progress: bool) -> TrainingRun:
     if saved and saved["steps"] >= folder.configuration().steps:
         return TrainingRun(folder.path, saved["steps"], _evaluations(folder.path), saved["steps"])
     session = Session(folder, saved)
-    began = session.steps
+    began, configured = session.steps, session.config.steps
+    if progress and session.total != configured:
+        _warn(f"train: {session.total:,} steps instead of {configured:,}: whole rollouts of {session.rollout:,} steps")
     try:
         with stop_on_signals() as stop_requested, _shown(session, progress) as (advance, tell):
             session.run(advance, tell, stop_requested)

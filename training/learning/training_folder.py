@@ -10,12 +10,11 @@ progress.csv, evaluations.csv, tensorboard/
 
 from __future__ import annotations
 
-import contextlib
 import json
 import platform
 import shlex
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -23,7 +22,7 @@ from typing import Any
 
 import trust_env
 from trust_env.agents import parse_policy
-from trust_env.files import folder_contents, remove_unfinished, require_empty, write_atomically
+from trust_env.files import expanded, folder_contents, remove_unfinished, require_empty, write_atomically
 from trust_env.scenario import Scenario, load_scenario
 from trust_env.spec import parse
 from trust_env.training.evaluation.configuration import digest, files_of
@@ -32,7 +31,6 @@ from trust_env.training.learning.configuration import Configuration, load_config
 
 CONFIG, SCENARIO, RUN = "config.yaml", "scenario.yaml", "run.json"
 _PACKAGES = ("torch", "stable-baselines3", "numpy", "numba", "gymnasium", "pettingzoo", "safetensors")
-_LOCK = ".lock"
 
 
 class TrainingFolder:
@@ -42,20 +40,17 @@ class TrainingFolder:
         self.path = path
         self.checkpoints = Checkpoints(path / "checkpoints")
 
-    @classmethod
-    def create(cls, path: str | Path, config: Configuration, scenario: Scenario) -> TrainingFolder:
-        """ValueError: the folder is not empty; OSError: it cannot be written."""
-        folder = cls(Path(path).expanduser())
-        folder._require_empty()
-        folder._write(SCENARIO, scenario.to_yaml())
-        folder._write_run([], _digests(config, scenario))
-        folder._write(CONFIG, config.to_yaml())
-        return folder
+    def create(self, config: Configuration, scenario: Scenario) -> None:
+        """Write what a run begins with. ValueError: the folder is not empty; OSError: it cannot be written."""
+        self._require_empty()
+        self._write(SCENARIO, scenario.to_yaml())
+        self._write_run([], _digests(config, scenario))
+        self._write(CONFIG, config.to_yaml())
 
     @classmethod
     def open(cls, path: str | Path) -> TrainingFolder:
         """ValueError: there is no training run in it."""
-        folder = cls(Path(path).expanduser())
+        folder = cls(expanded(path))
         if not (folder.path / CONFIG).is_file() or not (folder.path / RUN).is_file():
             found = "there is no such folder" if not folder.path.is_dir() else f"there is no {CONFIG} in it"
             raise ValueError(f"{path}: {found}; expected the folder of a training run, made by train --out")
@@ -68,7 +63,7 @@ class TrainingFolder:
                 f"expected a new or empty folder, or --resume {self.path} to continue the run"
             )
         # What is ignored is left behind by a run that died while it began.
-        require_empty(self.path, ignored={SCENARIO, RUN, _LOCK})
+        require_empty(self.path, ignored={SCENARIO, RUN})
 
     def configuration(self) -> Configuration:
         return load_configuration(self.path / CONFIG)
@@ -91,20 +86,6 @@ class TrainingFolder:
 
     def _write(self, name: str, text: str) -> None:
         write_atomically(self.path / name, lambda file: file.write_text(text, encoding="utf-8"))
-
-    @contextlib.contextmanager
-    def alone(self) -> Iterator[None]:
-        """While the block runs, no other process can train in this folder. ValueError: another one does."""
-        with open(self.path / _LOCK, "w") as lock:
-            try:
-                import fcntl
-
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                raise ValueError(f"{self.path}: another process is training in this folder") from None
-            except ImportError:
-                pass  # no such locks on this system
-            yield
 
 
 def _session() -> dict[str, Any]:

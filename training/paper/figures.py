@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from trust_env.files import write_atomically
 from trust_env.training.paper.panel_figure import panel_figure
 from trust_env.training.paper.published import Panel, PanelKey
 from trust_env.training.paper.theorem import TheoremRow
@@ -48,5 +49,5 @@ def write_figures(
             for preset in ("cdc2024", "paper")
         }
         for name, figure in figures.items():
-            figure.savefig(folder / name)
+            write_atomically(folder / name, figure.savefig)
     return tuple(folder / name for name in figures)

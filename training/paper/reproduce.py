@@ -15,7 +15,8 @@ import numpy as np
 from rich.console import Console
 from rich.text import Text
 
-from trust_env.training.console import progress_bar
+from trust_env.files import expanded
+from trust_env.training.console import print_table, progress_bar
 from trust_env.training.evaluation.play import positive_int
 from trust_env.training.paper import tables
 from trust_env.training.paper.panels import VARIANTS, estimator_deviation, simulated_panels
@@ -104,14 +105,14 @@ class Report:
 
     def print(self, console: Console) -> None:
         """Tables, and what stands behind the numbers that differ."""
-        console.print(tables.theorem_table(self.theorem))
-        console.print(tables.panel_table(self.panels))
+        print_table(console, tables.theorem_table(self.theorem))
+        print_table(console, tables.panel_table(self.panels))
         console.print(
             f"`cdc2024` differs from the published numbers by at most {self.deviation:.4f} in our "
             f"environment (means of {self.seeds} worlds), and in α and β by {self.estimator['cdc2024']:.1e} "
             "on the authors' own evidence\n"
         )
-        console.print(tables.verdict_table(self.verdicts))
+        print_table(console, tables.verdict_table(self.verdicts))
         for text in DIFFERENCES:
             console.print(f"· {text}", markup=False)
         for path in self.figures:
@@ -151,7 +152,7 @@ def _figures(
         return ()
     from trust_env.training.paper.figures import write_figures
 
-    return write_figures(Path(out).expanduser(), rows, panels)
+    return write_figures(expanded(out), rows, panels)
 
 
 def _without_infinities(row: dict[str, Any]) -> dict[str, Any]:

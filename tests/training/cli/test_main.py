@@ -43,6 +43,20 @@ def test_building_the_parser_loads_nothing_heavy():
     assert not {"torch", "numba", "scipy", "pettingzoo", "pyarrow", "matplotlib"} & set(loaded.stdout.split())
 
 
+@pytest.mark.parametrize(("arguments", "nearest"), [
+    (("evaluat", "--attack", "honest"), "unknown command 'evaluat'; did you mean 'evaluate'? known: attacks, bench"),
+    (("scenario",), "did you mean 'scenarios'?"),
+    (("scenarios", "lst"), "unknown command of scenarios 'lst'; did you mean 'list'? known: check, list, show"),
+    (("nothing-like-it",), "unknown command 'nothing-like-it'; known: attacks"),
+    (("evaluate", "--episods", "3"), "--episodes INT"),
+    (("train", "--stesp", "3"), "--steps INT"),
+    (("exploit", "--knowlege", "own"), "--knowledge {own,"),
+])  # fmt: skip
+def test_a_mistyped_command_or_option_gets_the_nearest_name(cli, arguments, nearest):
+    code, out, err = cli(*arguments)
+    assert (code, out) == (2, "") and nearest in err
+
+
 @pytest.mark.parametrize(
     "arguments",
     [("evaluat",), ("evaluate", "--episodes", "x"), ("evaluate", "--actuation", "no"), (), ("scenarios",)],
@@ -52,9 +66,3 @@ def test_arguments_that_cannot_be_parsed_have_exit_code_2(cli, arguments):
     assert (code, out) == (2, "")
     assert "Traceback" not in err
     assert len(err) > 50
-
-
-def test_a_closed_pipe_is_no_error():
-    command = f"{sys.executable} -m trust_env.training.cli scenarios show crowd | head -1; exit ${{PIPESTATUS[0]}}"
-    done = subprocess.run(["bash", "-c", command], cwd=ROOT, capture_output=True, text=True)
-    assert (done.returncode, done.stdout, done.stderr) == (0, "name: crowd\n", "")

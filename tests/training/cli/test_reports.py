@@ -21,14 +21,14 @@ class _Outcome:
         console.print(f"ok: {self.ok}")
 
 
-@pytest.mark.parametrize(("command", "arguments", "given"), [
-    ("reproduce", ("--out", "figures", "--seeds", "3"), ["figures", "3"]),
-    ("benchmark", ("--quick",), ["True"]),
+@pytest.mark.parametrize(("command", "arguments", "given", "failed"), [
+    ("reproduce", ("--out", "figures", "--seeds", "3"), ["figures", "3"], 1),
+    ("benchmark", ("--quick",), ["True"], 0),
 ])  # fmt: skip
-def test_a_report_gives_text_json_and_an_exit_code(cli, monkeypatch, command, arguments, given):
+def test_a_report_gives_text_json_and_an_exit_code(cli, monkeypatch, command, arguments, given, failed):
     getattr(training, command)  # imports the module of that name
     module = sys.modules[getattr(training, command).__module__]
-    for ok, code in ((True, 0), (False, 1)):
+    for ok, code in ((True, 0), (False, failed)):
         monkeypatch.setattr(module, command, lambda *a, ok=ok: _Outcome(ok, *a))
         assert cli(command, *arguments) == (code, f"ok: {ok}\n", "")
         found = cli(command, *arguments, "--json")

@@ -3,20 +3,19 @@
 import errno
 import json
 import os
-import signal
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from folder_runs import EVALUATE, kill, out_of_space, played_in_peace
 from paths import ROOT
 from scipy.stats import trim_mean
 
 import trust_env
 import trust_env.training.evaluation.run_folder as run_folder
-from trust_env import training
+from trust_env import files, training
 from trust_env.agents import Player
 from trust_env.metrics import METRICS, EpisodeMetrics
 from trust_env.training.evaluation.results import Results
@@ -284,42 +283,55 @@ def test_resume_plays_only_what_is_missing(tmp_path, monkeypatch):
     assert played == ["honest", "suppress", "suppress"]
 
 
-def test_kill_and_resume_gives_the_results_of_an_uninterrupted_run(tmp_path):
-    """kill -9 after the first cell; the rest is resumed, and all rows are those of a run left in peace."""
-    out, cells = tmp_path / "out", 12
-    attacks = ["honest", *(f"suppress(fraction={f / 10})" for f in range(1, 6))]
-    arguments = ["--scenario", "trio(horizon=60)", "--attack", ",".join(attacks), "--defense", "score,trust"]
-    command = [
-        sys.executable,
-        "-m",
-        "trust_env.training.cli",
-        "evaluate",
-        *arguments,
-        "--episodes",
-        "20",
-    ]
-    killed = subprocess.Popen(
-        [*command, "--out", str(out)], cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
-    )
-    deadline = time.monotonic() + 120
-    while _finished(out) < 1 and killed.poll() is None and time.monotonic() < deadline:
-        time.sleep(0.005)
-    killed.send_signal(signal.SIGKILL)
-    _, errors = killed.communicate()
-    assert killed.returncode == -signal.SIGKILL, errors.decode()
-    survived = _finished(out)
-    assert 1 <= survived < cells
-    settings = {"attacks": attacks, "defenses": ["score", "trust"], "episodes": 20, "progress": False}
-    resumed = training.evaluate("trio(horizon=60)", out=out, resume=True, **settings)
-    assert len(resumed.cells) == cells
-    assert _same(resumed, training.evaluate("trio(horizon=60)", **settings))
-    assert _finished(out) == cells
+@pytest.fixture(scope="module")
+def uninterrupted(tmp_path_factory):
+    """A folder, the cells in it, and the seconds that the command took."""
+    folder = tmp_path_factory.mktemp("evaluation") / "whole"
+    return folder, *played_in_peace(EVALUATE, folder)
+
+
+def test_a_run_killed_before_and_between_cells_gives_the_results_of_an_uninterrupted_one(uninterrupted, tmp_path):
+    """kill -9 while it starts, and after cells; what is finished stays, and all rows are the same in the end."""
+    (folder, whole, seconds), out = uninterrupted, tmp_path / "out"
+    survived = [kill(EVALUATE, out, count, delay) for count, delay in ((0, seconds / 4), (1, 0.0), (4, 0.05))]
+    assert survived == sorted(survived) and 1 <= survived[1] < len(whole)
+    assert played_in_peace(EVALUATE, out)[0] == whole and len(whole) == 12
     assert sorted(p.name for p in out.iterdir()) == ["results.json", "results.parquet"]
+    assert (out / "results.json").read_bytes() == (folder / "results.json").read_bytes()
 
 
-def _finished(out) -> int:
-    file = out / "results.parquet"
-    return pq.read_metadata(file).num_rows // 20 if file.exists() else 0
+def test_a_second_process_in_the_same_folder_is_refused_whether_it_begins_or_resumes(tmp_path):
+    first = _evaluate(tmp_path)
+    stamp = (tmp_path / "results.parquet").read_bytes()
+    with files.locked(tmp_path):
+        for resume in (False, True):
+            with pytest.raises(ValueError, match="another process is at work in this folder"):
+                _evaluate(tmp_path, resume=resume)
+        assert (tmp_path / "results.parquet").read_bytes() == stamp
+    assert _same(_evaluate(tmp_path, resume=True), first)
+
+
+def test_a_full_disk_keeps_the_cells_and_the_command_names_the_file(uninterrupted, tmp_path):
+    """A limit to the size of files stands for the disk: results.parquet outgrows it after some cells."""
+    _, whole, _ = uninterrupted
+    told = out_of_space(EVALUATE, tmp_path / "none", 100)
+    assert told == f"trust-env: error: {tmp_path}/none/results.parquet: File too large\n"
+    out = tmp_path / "out"
+    told = out_of_space(EVALUATE, out, 22_000)
+    assert f"the finished cells are in {out}; --resume continues" in told
+    assert told.endswith(f"error: {out}/results.parquet: File too large\n")
+    assert 1 <= len(EVALUATE.finished(out)) < len(whole)
+    assert played_in_peace(EVALUATE, out)[0] == whole
+
+
+def test_of_two_processes_started_at_once_one_plays_and_one_is_refused(uninterrupted, tmp_path):
+    _, whole, _ = uninterrupted
+    begin = {"cwd": ROOT, "stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
+    both = [subprocess.Popen(EVALUATE.command(tmp_path / "out"), **begin) for _ in range(2)]
+    ended = sorted((each.communicate()[1], each.returncode) for each in both)
+    assert [code for _, code in ended] in ([0, 2], [0, 0])  # [0, 0]: one had ended before the other began
+    assert all("another process is at work in this folder" in text for text, code in ended if code)
+    assert EVALUATE.finished(tmp_path / "out") == whole
 
 
 # --- what is refused ---------------------------------------------------------------------------------

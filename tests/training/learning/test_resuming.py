@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from folder_runs import TRAIN, out_of_space, played_in_peace
 from paths import ROOT
 from training_runs import PROGRAM, ROLLOUT, SMALL, interrupted, lines, logged, same, saved, train, weights
 
@@ -118,12 +119,7 @@ def test_resuming_a_finished_run_changes_nothing(run, capsys):
 
 
 def test_a_second_process_in_the_same_folder_raises(run):
-    from trust_env.training.learning.training_folder import TrainingFolder
-
-    with (
-        TrainingFolder.open(run.folder).alone(),
-        pytest.raises(ValueError, match="another process is training in this folder"),
-    ):
+    with files.locked(run.folder), pytest.raises(ValueError, match="another process is at work in this folder"):
         training.train(resume=run.folder, progress=False)
 
 
@@ -136,6 +132,41 @@ def test_a_changed_file_of_the_user_raises_on_resume(tmp_path):
     mine.write_text(mine.read_text() + "# changed\n")
     with pytest.raises(ValueError, match=r"mine\.py: it has changed since the run"):
         training.train(resume=done.folder, progress=False)
+
+
+def test_a_disk_full_of_logs_names_the_file_and_the_command_to_resume(tmp_path):
+    """A limit to the size of files stands for the disk: every file is hit by one of these limits first."""
+    whole = played_in_peace(TRAIN, tmp_path / "whole")[0]
+    run = tmp_path / "run"
+    hit = {100: "scenario.yaml", 5000: "policy.safetensors", 170_000: "checkpoints/000000000032.zip"}
+    for most_bytes, name in hit.items():
+        told = out_of_space(TRAIN, run, most_bytes)
+        assert told.endswith(f"trust-env: error: {run}/{name}: File too large\n")
+        assert (f"to continue: trust-env train --resume {run}" in told) == (most_bytes > 100)
+    assert saved(run) == {"000000000000.zip"}
+    assert played_in_peace(TRAIN, run)[0] == whole
+
+
+@pytest.mark.parametrize("name", ["progress.csv", "tensorboard/events"])
+def test_a_log_that_cannot_be_written_is_named(run, copy, monkeypatch, name):
+    """And closing it, with what it still holds, does not hide that."""
+    from trust_env.training.learning.logs import AppendedFile
+
+    interrupted(copy, 2 * ROLLOUT)
+    opened = AppendedFile.__init__
+
+    def on_a_full_disk(self, path):
+        opened(self, path)
+        if name in str(path):
+            self._file.close()
+            self._file = open("/dev/full", "wb")  # noqa: SIM115
+
+    with monkeypatch.context() as patched:
+        patched.setattr(AppendedFile, "__init__", on_a_full_disk)
+        with pytest.raises(OSError, match=rf"No space left on device: '{copy}/{name}"):
+            training.train(resume=copy, progress=False)
+    training.train(resume=copy, progress=False)
+    assert same(weights(copy), weights(run.folder)) and logged(copy) == logged(run.folder)
 
 
 def test_a_full_disk_keeps_the_saved_checkpoints(copy, run, monkeypatch):

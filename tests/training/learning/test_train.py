@@ -44,6 +44,15 @@ def test_steps_are_counted_in_whole_rollouts(run):
         assert float(row["damage_per_frame"]) == pytest.approx(parts, abs=1e-4)
 
 
+def test_the_steps_of_whole_rollouts_are_said_before_the_first(tmp_path, capsys):
+    train(out=tmp_path / "more", steps=ROLLOUT + 1, progress=True)
+    said = capsys.readouterr().err.splitlines()
+    assert said[0] == "trust-env: train: 1,024 steps instead of 513: whole rollouts of 512 steps"
+    assert said[1].startswith("trust-env: train: 0 of 1,024 steps")
+    train(out=tmp_path / "exact", steps=ROLLOUT, progress=True)
+    assert "instead of" not in capsys.readouterr().err
+
+
 def test_evaluations_are_those_of_the_policy_on_held_out_worlds(run):
     """The last line is what anybody gets who plays the exported policy on the seed of the configuration."""
     rows = lines(run.folder / "evaluations.csv")

@@ -1,5 +1,6 @@
 """`reproduce`: its numbers against the authors' own, its claims, its figures."""
 
+import errno
 import io
 import json
 import math
@@ -9,7 +10,7 @@ import pytest
 from paths import REFERENCE
 from rich.console import Console
 
-from trust_env.training.paper import published, trust_claims
+from trust_env.training.paper import figures, published, trust_claims
 from trust_env.training.paper.panels import estimator_deviation, replayed_beliefs, simulated_panel
 from trust_env.training.paper.published import Panel, objects, panel_keys, published_panels
 from trust_env.training.paper.reproduce import Report, reproduce
@@ -229,3 +230,20 @@ def test_missing_matplotlib_raises_before_anything_is_computed(monkeypatch, tmp_
     with pytest.raises(ImportError, match=r"trust-env\[plot\]"):
         reproduce(tmp_path, progress=False)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.extra("plot")
+def test_a_figure_that_cannot_be_written_is_named_and_leaves_the_old_one(tmp_path, monkeypatch):
+    from matplotlib.figure import Figure
+
+    def full(self, path):
+        path.write_bytes(b"half")
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Figure, "savefig", full)
+    monkeypatch.setattr(figures, "theorem_figure", lambda rows: Figure())
+    monkeypatch.setattr(figures, "panel_figure", lambda *panels: Figure())
+    (tmp_path / "theorem_1.png").write_bytes(b"old")
+    with pytest.raises(OSError, match=r"No space left on device: '.*theorem_1\.png'"):
+        figures.write_figures(tmp_path, [], {"published": {}, "cdc2024": {}, "paper": {}})
+    assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("theorem_1.png", b"old")]
