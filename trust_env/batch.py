@@ -160,7 +160,6 @@ class Batch:
 
     def step(self, actions: np.ndarray) -> None:
         """One frame of all worlds on checked actions[W, K, A]."""
-        self.use.unfinished = True
         self.arrays.action[...] = actions
         self.run_frame(frame.EDIT_AND_TRACK, frame.NEXT_FRAME)
 
