@@ -21,8 +21,8 @@ Trial = Callable[[FolderRun, Path, float, random.Random], Counter[int]]
 
 
 def killed(run: FolderRun, folder: Path, seconds: float, rng: random.Random) -> Counter[int]:
-    """How many parts were finished when a run was killed, at any moment of its time, twice."""
-    return Counter(kill(run, folder, 0, rng.uniform(0.0, seconds)) for _ in range(2))
+    """How many parts were finished when a run was killed, twice, before it could end."""
+    return Counter(kill(run, folder, 0, rng.uniform(0.0, 0.8 * seconds)) for _ in range(2))
 
 
 def out_of_disk(run: FolderRun, folder: Path, seconds: float, rng: random.Random) -> Counter[int]:
