@@ -166,7 +166,9 @@ def _hit(world, tracker, k, weight, c, d):
     gain = weight * hit_gain(world.agents.hit_constant[k], geometry[6], distance2)
     if tracker == CENTRAL and world.parameters.keep_innovations:
         _keep_innovation(world, k, weight, j, dx, dy, distance2)
-    kalman.update(mean, cov, dx, dy, ixx, ixy, iyy)
+    r = world.agents.noise_cov[k]
+    noise = r[0, 0] / weight, r[0, 1] / weight, r[1, 1] / weight
+    kalman.update(mean, cov, dx, dy, noise, (ixx, ixy, iyy), geometry[5])
     tracks.score[j] += gain
     tracks.hits[j] += 1
     tracks.hit_now[j] = True
