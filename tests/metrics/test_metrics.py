@@ -124,7 +124,7 @@ def test_set_distances_of_large_sets():
 def test_set_distances_stay_finite_for_every_order_and_cutoff(cutoff, order):
     """Two pairs at c/2, one truth missed: GOSPA = c (2/2^p + 1/2)^(1/p), OSPA = c ((2/2^p + 1)/3)^(1/p)."""
     truths = cutoff * np.array([[0.0, 0.0], [9.0, 0.0], [0.0, 9.0]])
-    estimates = truths[:2] + (0.0, 0.5 * cutoff)
+    estimates = truths[:2] + np.array([0.0, 0.5 * cutoff])
     found = gospa(estimates, truths, cutoff, order)
     assert found.distance == pytest.approx(cutoff * (2 * 0.5**order + 0.5) ** (1 / order), rel=1e-9)
     assert ospa(estimates, truths, cutoff, order) == pytest.approx(

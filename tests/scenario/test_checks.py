@@ -10,7 +10,7 @@ import pytest
     [
         (
             {"radius": 0},
-            "fov.radius = 0.0 (override): expected a number above 0, or the FOV sees nothing",
+            "fov.radius = 0.0 (override): expected a number from 1e-06 to 1e+09, or the FOV sees nothing",
         ),
         ({"type": "sector", "width": 0}, "fov.width = 0.0 (override): expected radians above 0"),
         ({"type": "sector", "width": 90}, "at most 2 pi (6.283185307179586)"),
@@ -38,12 +38,12 @@ import pytest
         ),
         ({"noise_cov": [[1, 0], [0, 1]], "sigma": 3}, "expected exactly one of sigma and noise_cov"),
         ({"sigma": None}, "expected exactly one of sigma and noise_cov"),
-        ({"sigma": -1}, "sensor.sigma = -1 (override): expected a number above 0"),
+        ({"sigma": -1}, "sensor.sigma = -1 (override): expected a number from 1e-06 to 1e+09"),
         ({"area": [0, 0, 0, 1]}, "or the area is zero"),
         ({"confirm_m": 6}, "tracker.confirm_m = 6 (override): expected at most confirm_n (5)"),
-        ({"confirm_n": 33}, "expected a number of at most 32"),
+        ({"confirm_n": 33}, "expected a whole number from 1 to 32"),
         ({"tracker.alpha": 0.5, "beta": 0.5}, "expected alpha + beta below 1"),
-        ({"tracker.p_detect": 1}, "tracker.p_detect = 1 (override): expected a number below 1"),
+        ({"tracker.p_detect": 1}, "tracker.p_detect = 1 (override): expected a number from 1e-15 to below 1"),
         (
             {"clutter_density": 0},
             "expected false positives per m^2 above 0, as the clutter density of agent 0 is 0",
@@ -54,7 +54,7 @@ import pytest
         ),
         ({"injection.slots": 20}, "expected at least injection.slots (20)"),
         ({"n_adversaries": 0, "n_benign": 0}, "there are 0 agents; expected 1 to 64 in all"),
-        ({"n_benign": 70}, "there are 72 agents; expected 1 to 64 in all"),
+        ({"n_benign": 63}, "there are 65 agents; expected 1 to 64 in all"),
         ({"agents": []}, "agents (override): there are 0 agents"),
         (
             {"placement": "traffic"},

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -62,6 +62,19 @@ def value_at(fields: Any, location: Location) -> Any:
     for name in location:
         fields = fields.get(name) if isinstance(fields, Mapping) else None
     return fields
+
+
+def with_defaults(fields: Mapping[str, Any], at: Iterable[Location], defaults: Mapping[str, Any]) -> dict[str, Any]:
+    """The fields, those at some locations as the defaults have them; what these do not have is left out."""
+    changed: dict[str, Any] = dict(fields)
+    for name in dict.fromkeys(location[0] for location in at if location):
+        deeper = [location[1:] for location in at if location and location[0] == name]
+        inner, default = changed.pop(name, None), defaults.get(name)
+        if name not in defaults:
+            continue
+        whole = () in deeper or not isinstance(inner, Mapping) or not isinstance(default, Mapping)
+        changed[str(name)] = default if whole else with_defaults(inner, deeper, default)
+    return changed
 
 
 def walk(fields: Mapping[str, Any], above: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:

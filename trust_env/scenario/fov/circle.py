@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trust_env.scenario.fov.shape import FovShape, arc
+from trust_env.scenario.types import LENGTH
 
 
 @dataclass(frozen=True)
@@ -17,7 +18,7 @@ class Circle(FovShape):
     radius: float  # m
 
     def faults(self) -> dict[str, str]:
-        return {} if self.radius > 0 else {"radius": "expected a number above 0, or the FOV sees nothing"}
+        return {} if self.radius >= LENGTH.least else {"radius": f"expected {LENGTH}, or the FOV sees nothing"}
 
     @property
     def area(self) -> float:
