@@ -66,14 +66,14 @@ def value_at(fields: Any, location: Location) -> Any:
 
 def with_defaults(fields: Mapping[str, Any], at: Iterable[Location], defaults: Mapping[str, Any]) -> dict[str, Any]:
     """The fields, those at some locations as the defaults have them; what these do not have is left out."""
-    changed: dict[str, Any] = dict(fields)
-    for name in dict.fromkeys(location[0] for location in at if location):
+    changed = dict(fields)
+    for name in dict.fromkeys(str(location[0]) for location in at if location):
         deeper = [location[1:] for location in at if location and location[0] == name]
-        inner, default = changed.pop(name, None), defaults.get(name)
-        if name not in defaults:
-            continue
-        whole = () in deeper or not isinstance(inner, Mapping) or not isinstance(default, Mapping)
-        changed[str(name)] = default if whole else with_defaults(inner, deeper, default)
+        inner = changed.pop(name, None)
+        if name in defaults:
+            default = defaults[name]
+            whole = () in deeper or not isinstance(inner, Mapping) or not isinstance(default, Mapping)
+            changed[name] = default if whole else with_defaults(inner, deeper, default)
     return changed
 
 
@@ -106,5 +106,8 @@ def absolute_data(fields: dict[str, Any], folder: Path) -> dict[str, Any]:
     data = value_at(fields, ("targets", "data"))
     if not isinstance(data, str):
         return fields
-    path = str((folder / Path(data).expanduser()).resolve())
+    try:
+        path = str((folder / Path(data).expanduser()).resolve())
+    except (OSError, RuntimeError, ValueError):
+        return fields  # no path: whoever opens it says so
     return {**fields, "targets": {**fields["targets"], "data": path}}

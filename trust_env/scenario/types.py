@@ -78,7 +78,7 @@ class Within:
 # The draws of a scan are numbered with 24 bits: 6 of the agent, and 16 of the target, or 12 of the detection and 6 of
 # the attempt to place it.
 MAX_AGENTS, MAX_TARGETS, MAX_DETECTIONS = 2**6, 2**16, 2**12
-MAX_ITEMS = 10_000  # of a list
+MAX_ITEMS = 5_000  # of a list
 
 # What numbers may be: from the bench to beyond the orbit of the moon, and so that no product of them overflows.
 LENGTH = Within(1e-6, 1e9)  # m
