@@ -80,8 +80,10 @@ def _walk(model: type[BaseModel], above: tuple[str, ...] = ()) -> typing.Iterato
 
 def _flat(annotation: Any) -> list[Any]:
     """An annotation and all that it is made of."""
+    if typing.get_origin(annotation) is Literal:
+        return [annotation]
     inner = [*typing.get_args(annotation), *getattr(annotation, "__metadata__", ())]
-    return [annotation, *(part for each in inner for part in _flat(each) if typing.get_origin(annotation) is not Literal)]
+    return [annotation, *(part for each in inner for part in _flat(each))]
 
 
 def _draw_wholes(rng: np.random.Generator, fields: dict[str, Any], often: float) -> None:

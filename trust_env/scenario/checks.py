@@ -117,17 +117,23 @@ def _false_positive_density(scenario: ScenarioFields) -> list[Problem]:
     return []
 
 
+def _roster(scenario: ScenarioFields) -> tuple[Location, ...]:
+    """The fields that say who the agents are, and what they may do."""
+    if scenario.agents is None:
+        return (*_TEAM, ("team", "order"))
+    return tuple(("agents", k, name) for k in range(len(scenario.agents)) for name in ("role", "budget"))
+
+
 def _injections(scenario: ScenarioFields) -> list[Problem]:
     problems: list[Problem] = []
-    given: Counter[int] = Counter()
+    given, roster = Counter[int](), _roster(scenario)
     for i, injection in enumerate(scenario.injections):
         k = injection.agent
         given[k] += 1
         if k >= scenario.n_agents:
             text = f"expected the index of an agent, 0 to {scenario.n_agents - 1}"
-            problems.append(Problem(("injections", i, "agent"), k, text, _TEAM))
+            problems.append(Problem(("injections", i, "agent"), k, text, roster))
         elif given[k] > (budget := scenario.budget_of(scenario.entries[k]).injections):
             text = f"expected at most {budget} injections of {scenario.agent_names[k]}, its budget per frame"
-            judged_by: tuple[Location, ...] = (*_TEAM, ("team", "order"), ("injection",))
-            problems.append(Problem(("injections", i, "agent"), k, text, judged_by))
+            problems.append(Problem(("injections", i, "agent"), k, text, (*roster, ("injection",))))
     return problems

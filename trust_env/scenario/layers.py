@@ -64,16 +64,29 @@ def value_at(fields: Any, location: Location) -> Any:
     return fields
 
 
-def with_defaults(fields: Mapping[str, Any], at: Iterable[Location], defaults: Mapping[str, Any]) -> dict[str, Any]:
+def with_defaults(fields: Mapping[Any, Any], at: Iterable[Location], defaults: Mapping[Any, Any]) -> dict[str, Any]:
     """The fields, those at some locations as the defaults have them; what these do not have is left out."""
     changed = dict(fields)
-    for name in dict.fromkeys(str(location[0]) for location in at if location):
+    for name in dict.fromkeys(location[0] for location in at if location):
         deeper = [location[1:] for location in at if location and location[0] == name]
-        inner = changed.pop(name, None)
-        if name in defaults:
-            default = defaults[name]
-            whole = () in deeper or not isinstance(inner, Mapping) or not isinstance(default, Mapping)
-            changed[name] = default if whole else with_defaults(inner, deeper, default)
+        inner: Any = changed.pop(name, None)
+        default: Any = defaults.get(name)
+        if isinstance(inner, list) and () not in deeper:
+            changed[name] = _with_entries(inner, deeper)
+        elif name in defaults:
+            if isinstance(inner, Mapping) and isinstance(default, Mapping) and () not in deeper:
+                default = with_defaults(inner, deeper, default)
+            changed[name] = default
+    return changed
+
+
+def _with_entries(entries: list[Any], at: Iterable[Location]) -> list[Any]:
+    """The mappings of a list without the fields at some locations: they have defaults of their own, or none."""
+    changed = list(entries)
+    for i in {location[0] for location in at}:
+        if isinstance(i, int) and i < len(entries) and isinstance(entries[i], Mapping):
+            below = [location[1:] for location in at if location[0] == i]
+            changed[i] = with_defaults(entries[i], below, {})
     return changed
 
 

@@ -51,14 +51,16 @@ def _read(source: Source, overrides: Mapping[str, Any]) -> Layer:
 
 def _and_all_others(layer: Layer, problems: list[Problem]) -> list[Problem]:
     """The problems, and those that show once all fields concerned have their defaults, and do not concern these."""
-    found, replaced = list(problems), list[Location]()
-    while problems:
-        replaced += [location for problem in problems for location in problem.fields if location not in replaced]
+    found, replaced, known = list(problems), list[Location](), -1
+    while known < len(replaced):
+        known = len(replaced)
+        for problem in problems:  # what is still wrong without the field at fault is replaced as a whole
+            at = problem.location[:1] if problem.location in replaced else problem.location
+            replaced += [field for field in (at, *problem.judged_by) if field not in replaced]
         try:
             Scenario.model_validate(with_defaults(layer.fields, replaced, _read("base", {}).fields))
             break
         except ValidationError as error:
-            others = problems_of(error, Scenario)
-        found += [problem for problem in others if not problem.concerns(replaced)]
-        problems = [problem for problem in others if problem.location not in replaced]
+            problems = problems_of(error, Scenario)
+        found += [problem for problem in problems if not problem.concerns(replaced)]
     return found

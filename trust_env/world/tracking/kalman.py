@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from trust_env.compiled.kernels import inlined, kernel
 
-_ABOVE_ROUNDING = 1.0 + 2.0**-48  # 16 units in the last place: more than rounding takes from a variance in an update
+_ROUNDING = 2.0**-46  # more than rounding takes from a variance in an update, where x and y are uncorrelated
 
 
 @inlined
@@ -48,7 +48,7 @@ def update(mean, cov, dx, dy, noise, s_inverse, det):
 
         A ← R S⁻¹ A = (|A| R + |R| A) / |S|,   B ← R S⁻¹ B,   C ← (1 + δ) C - Bᵀ S⁻¹ B
 
-    with δ above what rounding takes from C.
+    with δ above what rounding takes from C, which grows with the correlation ρ of S as 1 / (1 - ρ²).
     """
     (rxx, rxy, ryy), (ixx, ixy, iyy), per_det = noise, s_inverse, 1.0 / det
     p00, p01, p11 = cov[0, 0], cov[0, 1], cov[1, 1]
@@ -71,8 +71,9 @@ def update(mean, cov, dx, dy, noise, s_inverse, det):
     cov[0, 3] = cov[3, 0] = g00 * p30 + g01 * p31
     cov[1, 2] = cov[2, 1] = g10 * p20 + g11 * p21
     cov[1, 3] = cov[3, 1] = g10 * p30 + g11 * p31
-    cov[2, 2] = _ABOVE_ROUNDING * p22 - (k20 * p20 + k21 * p21)
-    cov[3, 3] = _ABOVE_ROUNDING * p33 - (k30 * p30 + k31 * p31)
+    more = 1.0 + _ROUNDING * (ixx * iyy * det)  # the bracket is 1 / (1 - ρ²)
+    cov[2, 2] = more * p22 - (k20 * p20 + k21 * p21)
+    cov[3, 3] = more * p33 - (k30 * p30 + k31 * p31)
     cov[2, 3] = cov[3, 2] = p32 - (k20 * p30 + k21 * p31)
 
 
