@@ -16,7 +16,7 @@ INSTALLED := $(VENV)/.installed-$(subst $(comma),-,$(EXTRAS))
 PYTEST := $(BIN)/python -m pytest -n 2 --benchmark-disable
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-clients lint format clean
+.PHONY: help demo test test-clients soak lint format clean
 
 help:  ## what can be made
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST)
@@ -30,6 +30,10 @@ test: $(INSTALLED)  ## all tests but those of other training libraries, on two p
 # A process takes the tests of a library together: what that imports and compiles is not shared.
 test-clients: $(INSTALLED)-clients  ## the examples of other training libraries, which it installs beside the rest
 	$(PYTEST) --dist=loadfile tests/clients
+
+# All of one: make soak SOAKS="extremes --amount 0.1"
+soak: $(INSTALLED)  ## what is too long for every run of the tests: hours; prints what was tried and what survived
+	PYTHONPATH=tests $(BIN)/python -m soak.run $(SOAKS)
 
 lint: $(INSTALLED)  ## ruff and pyright; fails on any finding
 	@failed=0; \

@@ -120,6 +120,19 @@ def test_set_distances_of_large_sets():
     assert ospa(x, y, cutoff=8.0) == pytest.approx(math.sqrt((least + 30 * 64.0) / 180), rel=1e-9)
 
 
+@pytest.mark.parametrize(("cutoff", "order"), [(1e-6, 30.0), (1e9, 30.0), (50.0, 100.0), (1e-3, 1.0), (7e7, 2.5)])
+def test_set_distances_stay_finite_for_every_order_and_cutoff(cutoff, order):
+    """Two pairs at c/2, one truth missed: GOSPA = c (2/2^p + 1/2)^(1/p), OSPA = c ((2/2^p + 1)/3)^(1/p)."""
+    truths = cutoff * np.array([[0.0, 0.0], [9.0, 0.0], [0.0, 9.0]])
+    estimates = truths[:2] + np.array([0.0, 0.5 * cutoff])
+    found = gospa(estimates, truths, cutoff, order)
+    assert found.distance == pytest.approx(cutoff * (2 * 0.5**order + 0.5) ** (1 / order), rel=1e-9)
+    assert ospa(estimates, truths, cutoff, order) == pytest.approx(
+        cutoff * ((2 * 0.5**order + 1) / 3) ** (1 / order), rel=1e-9
+    )
+    assert found.localisation == pytest.approx(2 * (0.5 * cutoff) ** order, rel=1e-9)
+
+
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
@@ -127,7 +140,9 @@ def test_set_distances_of_large_sets():
         (([], [[NAN, 0]], 1.0), "truths must be finite positions"),
         (([], [], 0.0), "cutoff must be a number above 0; got 0.0"),
         (([], [], NAN), "cutoff must be a number above 0; got nan"),
-        (([], [], 1.0, 0.5), "order must be a number of at least 1; got 0.5"),
+        (([], [], 1.0, 0.5), "order must be a number from 1 to 100; got 0.5"),
+        (([], [], 1.0, 101.0), "order must be a number from 1 to 100; got 101.0"),
+        (([], [], 1e200, 2.0), r"cutoff\*\*order must lie between 2\*\*-1000 and 2\*\*1000; got 1e\+200\*\*2.0"),
     ],
 )
 def test_set_distances_refuse(arguments, text):

@@ -108,9 +108,9 @@ def test_the_area_is_at_least_a_metre_wide_and_high(csv_file) -> None:
     [
         ("", "traffic.csv: the file is empty; expected a header such as t,id,x,y"),
         ("t,id,x,y\n", "traffic.csv: no positions below the header"),
-        ("t,id,x\n0,a,1\n", "traffic.csv, line 1: no column y; expected time, icao24, lon, lat (OpenSky"),
-        ("time,icao24,lat\n", "line 1: no column lon; expected time, icao24, lon, lat"),
-        ("t;id;x;y\n0;a;1;2\n", "found t;id;x;y"),
+        ("t,id,x\n0,a,1\n", "traffic.csv, line 1: no column y among 3; expected time, icao24, lon, lat (OpenSky"),
+        ("time,icao24,lat\n", "line 1: no column lon among 3; expected time, icao24, lon, lat"),
+        ("t;id;x;y\n0;a;1;2\n", "among 1; expected time, icao24, lon, lat (OpenSky state vectors) or t, id, x, y"),
         ("t,id,x,y\n0,a,1,2\n1,a,one,2\n", "traffic.csv, line 3: x = 'one': expected a finite number"),
         ("t,id,x,y\n0,a,1,nan\n", "line 2: y = 'nan': expected a finite number"),
         ("t,id,x,y\n0,a,1,inf\n", "line 2: y = 'inf': expected a finite number"),

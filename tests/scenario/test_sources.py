@@ -62,8 +62,8 @@ def test_errors_name_file_line_field_value_and_expectation(error_of, yaml_file) 
         )
     )
     lines = text.splitlines()
-    assert "my.yaml, line 4: tracker.gate = 1.5: expected a number below 1" in lines
-    assert "my.yaml, line 5: tracker.alpha = nan: expected a finite number" in lines
+    assert "my.yaml, line 4: tracker.gate = 1.5: expected a number from 1e-15 to below 1" in lines
+    assert "my.yaml, line 5: tracker.alpha = nan: expected a number from 1e-15 to below 1" in lines
     assert "my.yaml, line 7: horizon = 3.5: expected a whole number" in lines
     assert "my.yaml, line 8: sensor.p_detect = True: expected a number" in lines
     assert "my.yaml, line 8: sensor.sigma = '5': expected a number" in lines
@@ -72,7 +72,7 @@ def test_errors_name_file_line_field_value_and_expectation(error_of, yaml_file) 
     assert area in lines
     assert "my.yaml, line 12: agents[0].role: this field is required" in lines
     assert "my.yaml, line 13: agents[1].position = [1]: expected a list of 2 numbers [x, y]" in lines
-    assert "my.yaml, line 14: dt = inf: expected a finite number" in lines
+    assert "my.yaml, line 14: dt = inf: expected a number from 1e-06 to 1e+06" in lines
     assert "my.yaml, line 15: injections = 4: expected a list" in lines
     knowledge = "my.yaml, line 6: knowledge = 'poess': did you mean 'poses'? expected one of own, poses,"
     assert f"{knowledge} picture, white_box" in lines
@@ -119,8 +119,8 @@ def test_files_that_name_each_other_as_base_are_an_error(error_of, yaml_file) ->
 def test_errors_name_the_base_that_a_value_comes_from(error_of, yaml_file) -> None:
     yaml_file("dt: 1\ntracker:\n  gate: 7\n", "other.yaml")
     text = error_of(yaml_file("base: other.yaml\ntracker: {alpha: 2}\n"))
-    assert "my.yaml: tracker.gate = 7 (from other.yaml, line 3): expected a number below 1" in text
-    assert "my.yaml, line 2: tracker.alpha = 2: expected a number below 1" in text
+    assert "my.yaml: tracker.gate = 7 (from other.yaml, line 3): expected a number from 1e-15 to below 1" in text
+    assert "my.yaml, line 2: tracker.alpha = 2: expected a number from 1e-15 to below 1" in text
     text = error_of(yaml_file("injection:\n  slots: 20\n"))
     assert text.startswith("my.yaml: sensor.max_detections = 16 (from base.yaml, line ")
     assert text.endswith("): expected at least injection.slots (20)")
@@ -134,5 +134,5 @@ def test_files_that_cannot_be_read_are_an_error(error_of, tmp_path: Path) -> Non
 
 def test_sources_of_other_kinds_are_an_error(error_of) -> None:
     assert "3: expected a scenario's name, a path ending in .yaml or a mapping" in error_of(3)
-    assert "mapping: fov.radius = -1.0: expected a number above 0" in error_of({"fov": {"radius": -1}})
+    assert "mapping: fov.radius = -1.0: expected a number from 1e-06 to 1e+09" in error_of({"fov": {"radius": -1}})
     assert "expected the name of a field" in error_of({1: 2})

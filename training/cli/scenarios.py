@@ -35,15 +35,20 @@ def check_scenarios(
     data: Data = None,
     as_json: Json = False,
 ) -> int:
-    """Check scenario files, and list everything that is wrong with them. Exit code 1: something is."""
+    """Check scenario files: list everything that is wrong with them, and what has no effect. Exit code 1: something is
+    wrong.
+    """
+    from trust_env.scenario import scenario_notes
+
     if not files:
         raise ValueError("scenarios check: expected at least one YAML file")
     problems = {file: problems_of(file, data) for file in files}
+    notes = {file: [] if problems[file] else scenario_notes(file, **_recording(data)) for file in files}
     if as_json:
-        print_json({"ok": not any(problems.values()), "problems": problems})
+        print_json({"ok": not any(problems.values()), "problems": problems, "notes": notes})
     else:
         for file, found in problems.items():
-            print("\n".join(found) if found else f"{file}: ok", file=sys.stderr if found else sys.stdout)
+            print("\n".join(found or [f"{file}: ok", *notes[file]]), file=sys.stderr if found else sys.stdout)
     return CHECK_FAILED if any(problems.values()) else OK
 
 

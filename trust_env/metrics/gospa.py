@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from trust_env.world.point_sets import point_distances
+
+_MAX_ORDER = 100
 
 
 class Gospa(NamedTuple):
@@ -25,7 +28,8 @@ def gospa(estimates: Any, truths: Any, cutoff: float, order: float = 2.0) -> Gos
 
     (Rahmathullah, García-Fernández & Svensson 2017, Prop. 1). A truth without a pair costs c^p/2 as missed,
     an estimate without one c^p/2 as false. Equal to Stone Soup's; all parts of two empty sets are 0.
-    ValueError for a wrong shape, a number that is not finite, cutoff <= 0 or order < 1.
+    ValueError for a wrong shape, a number that is not finite, cutoff <= 0, an order below 1 or above 100, or where
+    c^p, the unit of the parts, is too large or too small for a float.
     """
     x, y = _points("estimates", estimates), _points("truths", truths)
     _check(cutoff, order)
@@ -59,5 +63,7 @@ def _points(name: str, values: Any) -> np.ndarray:
 def _check(cutoff: float, order: float) -> None:
     if not 0.0 < cutoff < np.inf:
         raise ValueError(f"cutoff must be a number above 0; got {cutoff!r}")
-    if not 1.0 <= order < np.inf:
-        raise ValueError(f"order must be a number of at least 1; got {order!r}")
+    if not 1.0 <= order <= _MAX_ORDER:
+        raise ValueError(f"order must be a number from 1 to {_MAX_ORDER}; got {order!r}")
+    if not -1000.0 < order * math.log2(cutoff) < 1000.0:
+        raise ValueError(f"cutoff**order must lie between 2**-1000 and 2**1000; got {cutoff!r}**{order!r}")

@@ -9,31 +9,36 @@ from pydantic import model_validator
 from trust_env.scenario.errors import Problem
 from trust_env.scenario.fov import Fov, FovDifference
 from trust_env.scenario.types import (
+    VARIANCE,
+    AgentCount,
+    Angle,
+    BirthDensity,
     Count,
     Covariance,
+    Density,
+    DensityOrNone,
+    DetectionCount,
     DetectionProbability,
-    NonNegative,
+    Length,
     OpenProbability,
     Part,
     Point,
-    Positive,
-    Real,
-    Size,
     raise_problems,
 )
 
 Role = Literal["adversary", "benign"]
 Matrix = tuple[tuple[float, float], tuple[float, float]]
+_MAX_CORRELATION = 0.999999  # of the noise: nearer to 1 rounding decides whether a matrix is a covariance
 
 
 class Team(Part):
     """The agents when `agents` does not list them one by one."""
 
-    n_adversaries: Count
-    n_benign: Count
+    n_adversaries: AgentCount
+    n_benign: AgentCount
     order: Literal["adversaries_first", "adversaries_last"]
     placement: Literal["random", "overlapping", "together", "traffic"]
-    spread: Positive  # m, radius of the disc of `overlapping`
+    spread: Length  # m, radius of the disc of `overlapping`
 
     @property
     def roles(self) -> tuple[Role, ...]:
@@ -46,16 +51,16 @@ class Sensor(Part):
     """The sensors as they are; what the centre believes of them is in `tracker`."""
 
     p_detect: DetectionProbability
-    sigma: Positive | None  # m, R = sigma^2 I
+    sigma: Length | None  # m, R = sigma^2 I
     noise_cov: Covariance | None  # m^2, R itself
-    clutter_density: NonNegative  # false positives per m^2 and scan, inside the FOV
-    max_detections: Size  # D
+    clutter_density: DensityOrNone  # false positives per m^2 and scan, inside the FOV
+    max_detections: DetectionCount  # D
 
     @model_validator(mode="after")
     def _consistent(self) -> Sensor:
         expected = "expected exactly one of sigma and noise_cov, the other null"
         if (self.sigma is None) == (self.noise_cov is None):
-            raise_problems([Problem(("sigma",), self.sigma, expected)])
+            raise_problems([Problem(("sigma",), self.sigma, expected, (("noise_cov",),))])
         if self.noise_cov is not None and (fault := _expected_covariance(self.noise_cov)):
             raise_problems([Problem(("noise_cov",), self.noise_cov, fault)])
         return self
@@ -76,6 +81,10 @@ def _expected_covariance(cov: Matrix) -> str:
         return "expected a symmetric matrix"
     if xx <= 0 or yy <= 0 or xx * yy - xy * yx <= 0:
         return "expected a positive definite matrix: variances above 0, correlation within -1 and 1"
+    if min(xx, yy) < VARIANCE.least:
+        return f"expected variances from {VARIANCE.least:g} to {VARIANCE.most:g}"
+    if xy * xy > _MAX_CORRELATION**2 * xx * yy:
+        return f"expected a correlation within -{_MAX_CORRELATION:g} and {_MAX_CORRELATION:g}"
     return ""
 
 
@@ -83,8 +92,8 @@ class Belief(Part):
     """What the centre believes of an agent's sensor."""
 
     p_detect: OpenProbability
-    beta_fp: Positive  # false positives per m^2
-    beta_nt: Positive  # new targets per m^2
+    beta_fp: Density  # false positives per m^2
+    beta_nt: BirthDensity  # new targets per m^2
 
 
 class Budget(Part):
@@ -98,17 +107,17 @@ class SensorDifference(Part):
     """Fields that differ from the scenario's `sensor`; null: the same."""
 
     p_detect: DetectionProbability | None = None
-    sigma: Positive | None = None
+    sigma: Length | None = None
     noise_cov: Covariance | None = None
-    clutter_density: NonNegative | None = None
+    clutter_density: DensityOrNone | None = None
 
 
 class BeliefDifference(Part):
     """Fields that differ from what the centre believes of all agents; null: the same."""
 
     p_detect: OpenProbability | None = None
-    beta_fp: Positive | None = None
-    beta_nt: Positive | None = None
+    beta_fp: Density | None = None
+    beta_nt: BirthDensity | None = None
 
 
 class BudgetDifference(Part):
@@ -123,7 +132,7 @@ class AgentEntry(Part):
 
     role: Role
     position: Point | None = None  # m; null: placed by team.placement
-    heading: Real = 0.0  # rad, counter-clockwise from the x axis
+    heading: Angle = 0.0  # rad, counter-clockwise from the x axis
     fov: FovDifference | None = None
     sensor: SensorDifference | None = None
     belief: BeliefDifference | None = None
@@ -136,7 +145,7 @@ class Agent(Part):
     name: str
     role: Role
     position: Point | None  # m; None: drawn at every reset
-    heading: Real  # rad, counter-clockwise from the x axis
+    heading: Angle  # rad, counter-clockwise from the x axis
     fov: Fov
     sensor: Sensor
     belief: Belief

@@ -10,10 +10,11 @@ from pydantic import BaseModel, ValidationError
 from trust_env.scenario.agents import AgentEntry, Sensor
 from trust_env.scenario.errors import MISSING, Location, Problem, problems_of
 from trust_env.scenario.fov import Fov
+from trust_env.scenario.memory import memory_problems
 from trust_env.scenario.schema import ScenarioFields
+from trust_env.scenario.types import DENSITY, LENGTH, MAX_AGENTS
 
-# Each draw of clutter has a number of 24 bits: 6 of the agent, 12 of the detection, 6 of the attempt.
-MAX_AGENTS = 64
+_TEAM: tuple[Location, ...] = (("agents",), ("team", "n_adversaries"), ("team", "n_benign"))
 MAX_CLUTTER = 500  # a scan, on average: Poisson numbers are drawn by inversion, and exp(-745) is 0
 
 
@@ -23,7 +24,7 @@ def agent_problems(scenario: ScenarioFields) -> list[Problem]:
         at: Location = ("team", "n_benign") if scenario.agents is None else ("agents",)
         value = scenario.team.n_benign if scenario.agents is None else MISSING
         text = f"there are {scenario.n_agents} agents; expected 1 to {MAX_AGENTS} in all"
-        return [Problem(at, value, text)]
+        return [Problem(at, value, text, _TEAM)]
     problems: list[Problem] = []
     for k, entry in enumerate(scenario.agents or ()):
         problems += _difference_problems(scenario.fov_of, entry, Fov, ("agents", k, "fov"))
@@ -43,14 +44,17 @@ def _difference_problems(
 
 def problems_between_fields(scenario: ScenarioFields) -> list[Problem]:
     """Problems of fields that contradict one another, where `agent_problems` found none."""
-    checks = (_area, _recording, _detections, _clutter, _false_positive_density, _injections)
+    checks = (_area, _recording, _detections, _clutter, _false_positive_density, _injections, memory_problems)
     return [problem for check in checks for problem in check(scenario)]
 
 
 def _area(scenario: ScenarioFields) -> list[Problem]:
     x_min, x_max, y_min, y_max = scenario.area
     text = "expected [x_min, x_max, y_min, y_max] with x_min < x_max and y_min < y_max, or the area is zero"
-    return [] if x_min < x_max and y_min < y_max else [Problem(("area",), list(scenario.area), text)]
+    least = min(x_max - x_min, y_max - y_min)
+    if 0 < least < LENGTH.least:
+        text = f"expected an area at least {LENGTH.least:g} m wide and high"
+    return [] if least >= LENGTH.least else [Problem(("area",), list(scenario.area), text)]
 
 
 def _recording(scenario: ScenarioFields) -> list[Problem]:
@@ -58,21 +62,26 @@ def _recording(scenario: ScenarioFields) -> list[Problem]:
     traffic = scenario.team.placement == "traffic"
     if recording is None:
         text = "expected a recording in targets.data to place the agents by"
-        return [Problem(("team", "placement"), "traffic", text)] if traffic else []
+        return [Problem(("team", "placement"), "traffic", text, (("targets", "data"),))] if traffic else []
     problems: list[Problem] = []
+    of: tuple[Location, ...] = (("dt",), ("targets", "data"))
     if scenario.horizon > (frames := len(recording.times)):
         text = f"expected at most {frames}, the frames of the recording, or null for all of them"
-        problems.append(Problem(("horizon",), scenario.horizon, text))
+        problems.append(Problem(("horizon",), scenario.horizon, text, of))
     if traffic and recording.n_positions < scenario.n_agents:
         text = f"expected a recording of at least {scenario.n_agents} different positions, one per agent"
-        problems.append(Problem(("team", "placement"), "traffic", text))
+        problems.append(Problem(("team", "placement"), "traffic", text, (*of, *_TEAM)))
     return problems
 
 
 def _detections(scenario: ScenarioFields) -> list[Problem]:
     slots, detections = scenario.injection.slots, scenario.sensor.max_detections
     text = f"expected at least injection.slots ({slots})"
-    return [] if detections >= slots else [Problem(("sensor", "max_detections"), detections, text)]
+    return (
+        []
+        if detections >= slots
+        else [Problem(("sensor", "max_detections"), detections, text, (("injection", "slots"),))]
+    )
 
 
 def _clutter(scenario: ScenarioFields) -> list[Problem]:
@@ -88,7 +97,8 @@ def _clutter(scenario: ScenarioFields) -> list[Problem]:
             )
             own = entry.sensor is not None and entry.sensor.clutter_density is not None
             above: Location = ("agents", k) if own else ()
-            return [Problem((*above, "sensor", "clutter_density"), density, text)]
+            judged_by: tuple[Location, ...] = (("fov",), ("sensor", "max_detections"), *_TEAM)
+            return [Problem((*above, "sensor", "clutter_density"), density, text, judged_by)]
     return []
 
 
@@ -97,22 +107,33 @@ def _false_positive_density(scenario: ScenarioFields) -> list[Problem]:
         return []
     for k, entry in enumerate(scenario.entries):
         believed = entry.belief is not None and entry.belief.beta_fp is not None
-        if not believed and scenario.sensor_of(entry).clutter_density == 0:
-            text = f"expected false positives per m^2 above 0, as the clutter density of agent {k} is 0"
-            return [Problem(("tracker", "beta_fp"), None, text)]
+        density = scenario.sensor_of(entry).clutter_density
+        if not believed and density < DENSITY.least:
+            which = f"above 0, as the clutter density of agent {k} is 0"
+            if density > 0:
+                which = f"from {DENSITY.least:g} on, as the clutter density of agent {k} is {density:g}"
+            text = f"expected false positives per m^2 {which}"
+            return [Problem(("tracker", "beta_fp"), None, text, (("sensor", "clutter_density"), ("agents",)))]
     return []
+
+
+def _roster(scenario: ScenarioFields) -> tuple[Location, ...]:
+    """The fields that say who the agents are, and what they may do."""
+    if scenario.agents is None:
+        return (*_TEAM, ("team", "order"))
+    return tuple(("agents", k, name) for k in range(len(scenario.agents)) for name in ("role", "budget"))
 
 
 def _injections(scenario: ScenarioFields) -> list[Problem]:
     problems: list[Problem] = []
-    given: Counter[int] = Counter()
+    given, roster = Counter[int](), _roster(scenario)
     for i, injection in enumerate(scenario.injections):
         k = injection.agent
         given[k] += 1
         if k >= scenario.n_agents:
             text = f"expected the index of an agent, 0 to {scenario.n_agents - 1}"
-            problems.append(Problem(("injections", i, "agent"), k, text))
+            problems.append(Problem(("injections", i, "agent"), k, text, roster))
         elif given[k] > (budget := scenario.budget_of(scenario.entries[k]).injections):
             text = f"expected at most {budget} injections of {scenario.agent_names[k]}, its budget per frame"
-            problems.append(Problem(("injections", i, "agent"), k, text))
+            problems.append(Problem(("injections", i, "agent"), k, text, (*roster, ("injection",))))
     return problems

@@ -30,14 +30,31 @@ class ScenarioError(ValueError):
 
 @dataclass(frozen=True)
 class Problem:
-    """One field that is wrong: its location, its value, what was expected."""
+    """One field that is wrong: its location, its value, what was expected, and the fields that say so."""
 
     location: Location
     value: object
     expected: str
+    judged_by: tuple[Location, ...] = ()
 
     def within(self, above: Location) -> Problem:
-        return Problem(above + self.location, self.value, self.expected)
+        judged_by = tuple(above + location for location in self.judged_by)
+        return Problem(above + self.location, self.value, self.expected, judged_by)
+
+    @property
+    def fields(self) -> tuple[Location, ...]:
+        """The field that is wrong, and those that say so."""
+        return (self.location, *self.judged_by)
+
+    def concerns(self, locations: Iterable[Location]) -> bool:
+        """Whether any of these fields, or a part of one, is wrong here, or says so."""
+        return any(_overlap(mine, other) for mine in self.fields for other in locations)
+
+
+def _overlap(a: Location, b: Location) -> bool:
+    """Whether one of two fields holds the other."""
+    shorter = min(len(a), len(b))
+    return a[:shorter] == b[:shorter]
 
 
 @dataclass(frozen=True)
@@ -52,14 +69,14 @@ class Origins:
         return cls(source, {location: (file, line) for location, line in lines.items()})
 
     def error(self, problems: Iterable[Problem]) -> ScenarioError:
-        return ScenarioError(self._format(problem) for problem in problems)
+        return ScenarioError(self.format(problem) for problem in problems)
 
     def describe(self, location: Location) -> str:
         """`my.yaml, line 3`, or the source alone where the field was written elsewhere."""
         file, line = self._origin_of(location)
         return f"{file}, line {line}" if line and file == self.source else self.source
 
-    def _format(self, problem: Problem) -> str:
+    def format(self, problem: Problem) -> str:
         """One line: `my.yaml, line 3: tracker.gate = 1.5: expected a number below 1`."""
         at = problem.location
         value = "" if problem.value is MISSING else f" = {format_value(problem.value)}"
@@ -81,7 +98,10 @@ def dotted(location: Location) -> str:
 
 def format_value(value: object) -> str:
     """A value as messages show it, cut where it gets long."""
-    text = "null" if value is None else repr(_tuples_to_lists(value))
+    try:
+        text = "null" if value is None else repr(_tuples_to_lists(value))
+    except ValueError:  # Python does not write such numbers
+        text = "a number of more than 4300 digits"
     return text if len(text) <= 200 else f"{text[:197]}..."
 
 
@@ -124,6 +144,8 @@ _EXPECTED = {
     "int_from_float": "a whole number",
     "string_type": "text",
     "tuple_type": "a list",
+    "too_long": "a list of at most {max_length} items",
+    "string_too_long": "text of at most {max_length} characters",
     "model_type": "a mapping of fields",
     "invalid_key": "the name of a field",
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -64,6 +64,32 @@ def value_at(fields: Any, location: Location) -> Any:
     return fields
 
 
+def with_defaults(fields: Mapping[Any, Any], at: Iterable[Location], defaults: Mapping[Any, Any]) -> dict[str, Any]:
+    """The fields, those at some locations as the defaults have them; what these do not have is left out."""
+    changed = dict(fields)
+    for name in dict.fromkeys(location[0] for location in at if location):
+        deeper = [location[1:] for location in at if location and location[0] == name]
+        inner: Any = changed.pop(name, None)
+        default: Any = defaults.get(name)
+        if isinstance(inner, list) and () not in deeper:
+            changed[name] = _with_entries(inner, deeper)
+        elif name in defaults:
+            if isinstance(inner, Mapping) and isinstance(default, Mapping) and () not in deeper:
+                default = with_defaults(inner, deeper, default)
+            changed[name] = default
+    return changed
+
+
+def _with_entries(entries: list[Any], at: Iterable[Location]) -> list[Any]:
+    """The mappings of a list without the fields at some locations: they have defaults of their own, or none."""
+    changed = list(entries)
+    for i in {location[0] for location in at}:
+        if isinstance(i, int) and i < len(entries) and isinstance(entries[i], Mapping):
+            below = [location[1:] for location in at if location[0] == i]
+            changed[i] = with_defaults(entries[i], below, {})
+    return changed
+
+
 def walk(fields: Mapping[str, Any], above: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
     """Location and value of every field, at all depths."""
     for name, value in fields.items():
@@ -93,5 +119,8 @@ def absolute_data(fields: dict[str, Any], folder: Path) -> dict[str, Any]:
     data = value_at(fields, ("targets", "data"))
     if not isinstance(data, str):
         return fields
-    path = str((folder / Path(data).expanduser()).resolve())
+    try:
+        path = str((folder / Path(data).expanduser()).resolve())
+    except (OSError, RuntimeError, ValueError):
+        return fields  # no path: whoever opens it says so
     return {**fields, "targets": {**fields["targets"], "data": path}}

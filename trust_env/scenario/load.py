@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from pydantic import ValidationError
 
-from trust_env.scenario.errors import problems_of
-from trust_env.scenario.ineffective import reject_ineffective_overrides
-from trust_env.scenario.layers import Layer, merge_layers
+from trust_env.scenario.errors import Location, Problem, ScenarioError, problems_of
+from trust_env.scenario.ineffective import notes, reject_ineffective_overrides
+from trust_env.scenario.layers import Layer, merge_layers, with_defaults
 from trust_env.scenario.nulls import resolve_nulls
 from trust_env.scenario.scenario import Scenario
 from trust_env.scenario.sources import Source, read_layers
@@ -20,20 +21,46 @@ def load_scenario(source: Source, /, **overrides: Any) -> Scenario:
     Overrides name a field by its dotted path (`**{"tracker.gate": 0.95}`) or by a last name that fits one
     field only (`gate=0.95`). Raises ScenarioError, a ValueError, that lists everything that is wrong.
     """
-    layers = read_layers(source, overrides)
-    layer = merge_layers(layers)
+    layer = _read(source, overrides)
     reject_ineffective_overrides(layer)
-    layer = resolve_nulls(layer)
-    return _validate(layer)
+    layer, problems = resolve_nulls(layer)
+    if not problems:
+        try:
+            return Scenario.model_validate(layer.fields)
+        except ValidationError as error:
+            problems = problems_of(error, Scenario)
+    raise layer.origins.error(_and_all_others(layer, problems))
+
+
+def scenario_notes(source: Source, /, **overrides: Any) -> list[str]:
+    """What a source sets without effect, as another field decides the same; a line each."""
+    return notes(_read(source, overrides))
 
 
 def scenario_fields(source: Source, /, **overrides: Any) -> dict[str, Any]:
     """All fields of a source as written, unchecked; null where a recording, given later, will decide."""
-    return merge_layers(read_layers(source, overrides)).fields
+    return _read(source, overrides).fields
 
 
-def _validate(layer: Layer) -> Scenario:
+def _read(source: Source, overrides: Mapping[str, Any]) -> Layer:
     try:
-        return Scenario.model_validate(layer.fields)
-    except ValidationError as error:
-        raise layer.origins.error(problems_of(error, Scenario)) from None
+        return merge_layers(read_layers(source, overrides))
+    except RecursionError:
+        raise ScenarioError(["the scenario is nested too deep, or contains itself"]) from None
+
+
+def _and_all_others(layer: Layer, problems: list[Problem]) -> list[Problem]:
+    """The problems, and those that show once all fields concerned have their defaults, and do not concern these."""
+    found, replaced, known = list(problems), list[Location](), -1
+    while known < len(replaced):
+        known = len(replaced)
+        for problem in problems:  # what is still wrong without the field at fault is replaced as a whole
+            at = problem.location[:1] if problem.location in replaced else problem.location
+            replaced += [field for field in (at, *problem.judged_by) if field not in replaced]
+        try:
+            Scenario.model_validate(with_defaults(layer.fields, replaced, _read("base", {}).fields))
+            break
+        except ValidationError as error:
+            problems = problems_of(error, Scenario)
+        found += [problem for problem in problems if not problem.concerns(replaced)]
+    return found

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trust_env.scenario.recording_csv import Samples, read_samples
+from trust_env.scenario.types import MAX_TARGETS
 
 MAX_POSITIONS = 50_000_000
 TIME_TOLERANCE = 1e-4  # frames: times since 1970 are rounded
@@ -48,7 +49,7 @@ def cached_recording(path: str, dt: float) -> Recording:
     """`read_recording`, once for as long as the file does not change."""
     try:
         stat = Path(path).stat()
-    except OSError:
+    except (OSError, ValueError):
         return read_recording(path, dt)  # raises the error that explains it
     return _read_once(path, stat.st_mtime_ns, stat.st_size, dt)
 
@@ -67,6 +68,8 @@ def read_recording(path: str | Path, dt: float, max_gap: float = 60.0) -> Record
     if not trajectories:
         text = f"every trajectory has one position only ({_first_names(samples)})"
         raise ValueError(f"{path}: {text}; expected two or more of one id")
+    if len(trajectories) > MAX_TARGETS:
+        raise ValueError(f"{path}: {len(trajectories)} trajectories; expected at most {MAX_TARGETS}")
     grid = _grid(trajectories, dt, str(path))
     if geographic:
         trajectories = _project(trajectories)

@@ -10,19 +10,25 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from trust_env.scenario.types import LENGTH
+
 Samples = dict[str, NDArray[np.float64]]  # id -> [n, 3]: s, then x, y in m, or longitude, latitude in degrees
 Rows = Iterator[tuple[int, list[str]]]  # line in the file, cells
 
 _OPENSKY = ("time", "icao24", "lon", "lat")
 _PLAIN = ("t", "id", "x", "y")
-_DEGREES = {"lat": 90.0, "lon": 180.0}
+_LIMITS = {"lat": 90.0, "lon": 180.0, "x": LENGTH.most, "y": LENGTH.most, "t": 1e15, "time": 1e15}  # either side of 0
+_UNITS = {"lat": "degrees", "lon": "degrees", "x": "metres", "y": "metres", "t": "seconds", "time": "seconds"}
+_LINE = 1_000_000  # characters, of one line at most: a file of zeros has no other
 
 
 def read_samples(path: str | Path) -> tuple[Samples, bool]:
     """Samples in the order of the file, and whether they are longitude and latitude."""
     try:
+        if (found := Path(path)).exists() and not (found.is_file() or found.is_dir()):
+            raise ValueError(f"{path}: expected a CSV file, not a pipe or device")
         with open(path, newline="", encoding="utf-8-sig") as file:
-            return _samples(_rows(file), str(path))
+            return _samples(_rows(iter(lambda: file.readline(_LINE), "")), str(path))
     except UnicodeDecodeError:
         raise ValueError(f"{path}: expected a CSV file in UTF-8") from None
     except csv.Error as fault:
@@ -65,11 +71,14 @@ def _columns_of(names: list[str], where: str) -> tuple[str, ...]:
     """The columns to read: those of the form that a header has."""
     for form in (_OPENSKY, _PLAIN):
         if set(form) <= set(names):
+            if twice := [name for name in form if names.count(name) > 1]:
+                raise ValueError(f"{where}: column {', '.join(twice)} is there more than once")
             return form
     closest = max((_OPENSKY, _PLAIN), key=lambda form: len(set(form) & set(names)))
     missing = ", ".join(name for name in closest if name not in names)
     forms = f"{', '.join(_OPENSKY)} (OpenSky state vectors) or {', '.join(_PLAIN)} (seconds, metres)"
-    raise ValueError(f"{where}: no column {missing}; expected {forms}, found {', '.join(names)}")
+    # What the columns are called stays unsaid: the file may be another, and secret.
+    raise ValueError(f"{where}: no column {missing} among {len(names)}; expected {forms}, separated by commas")
 
 
 def _number(column: str, cell: str, where: str) -> float:
@@ -78,7 +87,7 @@ def _number(column: str, cell: str, where: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise ValueError(f"{where}: {column} = {cell!r}: expected a finite number")
-    if abs(value) > (limit := _DEGREES.get(column, math.inf)):
-        raise ValueError(f"{where}: {column} = {cell}: expected degrees from -{limit:g} to {limit:g}")
+        raise ValueError(f"{where}: {column} = {cell[:40]!r}: expected a finite number")
+    if abs(value) > (limit := _LIMITS[column]):
+        raise ValueError(f"{where}: {column} = {cell:.40}: expected {_UNITS[column]} from -{limit:g} to {limit:g}")
     return value

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
 
 from trust_env.scenario.agents import Agent, AgentEntry, Belief, Budget, Role, Sensor, Team
 from trust_env.scenario.fov import Fov
@@ -18,27 +20,27 @@ from trust_env.scenario.parts import (
 )
 from trust_env.scenario.recording import Recording, cached_recording
 from trust_env.scenario.traffic import traffic_centres
-from trust_env.scenario.types import Area, Part, Point, Positive, Size
+from trust_env.scenario.types import MAX_AGENTS, MAX_ITEMS, Area, Duration, Frames, Part, Point
 
 
 class ScenarioFields(Part):
     """All fields of a scenario, each within its own bounds; `builtin/base.yaml` explains each."""
 
-    name: str
-    description: str
-    dt: Positive  # s
-    horizon: Size  # frames
+    name: Annotated[str, Field(max_length=200)]
+    description: Annotated[str, Field(max_length=10_000)]
+    dt: Duration  # s
+    horizon: Frames  # frames
     knowledge: Literal["own", "poses", "picture", "white_box"]
     coordination: Literal["none", "shared"]
     actuation: Literal["monitor", "filter", "remove", "weight"]
     area: Area  # m
-    agents: tuple[AgentEntry, ...] | None
+    agents: Annotated[tuple[AgentEntry, ...], Field(max_length=MAX_AGENTS)] | None
     team: Team
     fov: Fov
     sensor: Sensor
     injection: InjectionRules
     suppression: SuppressionRules
-    injections: tuple[CaseInjection, ...]
+    injections: Annotated[tuple[CaseInjection, ...], Field(max_length=MAX_ITEMS)]
     targets: Targets
     tracker: Tracker
     evidence: EvidenceRules

@@ -21,6 +21,8 @@ from trust_env.spec import parse
 Source = str | Path | Mapping[str, Any] | Scenario
 
 _FILE = re.compile(r"(?P<path>.*\.ya?ml)\s*(?P<call>\(.*\))?", re.DOTALL | re.IGNORECASE)
+_MAX_FILES = 10  # each the base of the one before
+_MAX_CHARACTERS = 1_000_000  # of a file
 _BUILT_IN = resources.files("trust_env.scenario") / "builtin"
 
 
@@ -77,7 +79,12 @@ def _packaged(name: str) -> tuple[dict[str, Any], dict[Location, int]]:
 
 def _read_file(name: str, folder: Path, chain: tuple[str, ...]) -> list[Layer]:
     """The layers of a file; `chain` are the files that led here, each as the base of the one before."""
-    path = (folder / Path(name).expanduser()).resolve()
+    try:
+        path = (folder / Path(name).expanduser()).resolve()
+    except (OSError, RuntimeError, ValueError) as fault:
+        raise ScenarioError([f"{name!r}: {fault}; expected the path of a YAML file"]) from None
+    if len(chain) == _MAX_FILES:
+        raise ScenarioError([f"{name}: more than {_MAX_FILES} files, each the base of another"])
     if str(path) in chain:
         circle = (*chain[chain.index(str(path)) :], str(path))
         names = " -> ".join(Path(p).name for p in circle)
@@ -89,7 +96,13 @@ def _read_file(name: str, folder: Path, chain: tuple[str, ...]) -> list[Layer]:
 
 def _text(path: Path, name: str) -> str:
     try:
-        return path.read_text(encoding="utf-8-sig")
+        if path.exists() and not (path.is_file() or path.is_dir()):  # a pipe would wait, a device need not end
+            raise ScenarioError([f"{name}: expected a YAML file, not a pipe or device"])
+        with open(path, encoding="utf-8-sig") as file:
+            text = file.read(_MAX_CHARACTERS + 1)
+        if len(text) > _MAX_CHARACTERS:
+            raise ScenarioError([f"{name}: expected a file of at most {_MAX_CHARACTERS} characters"])
+        return text
     except UnicodeDecodeError:
         raise ScenarioError([f"{name}: expected a YAML file in UTF-8"]) from None
     except OSError as fault:

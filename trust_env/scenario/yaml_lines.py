@@ -10,13 +10,33 @@ import yaml
 
 from trust_env.scenario.errors import Location, ScenarioError
 
+MAX_ENTRIES = 50_000  # of a file: names, values, mappings, lists; what an alias repeats counts again
+MAX_DEPTH = 20
+
 
 class _Loader(yaml.SafeLoader):
-    pass
+    """Refuses what is too large or too deep before it is built."""
+
+    def __init__(self, text: str, file: str):
+        super().__init__(text)
+        self._file, self._nodes, self._depth = file, 0, 0
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        self._nodes, self._depth = self._nodes + 1, self._depth + 1
+        if self._nodes > MAX_ENTRIES or self._depth > MAX_DEPTH:
+            raise _too_much(self._file, self.line + 1, self._depth > MAX_DEPTH)
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        return node
+
+
+def _too_much(file: str, line: int, deep: bool) -> ScenarioError:
+    text = f"nested deeper than {MAX_DEPTH} levels" if deep else f"more than {MAX_ENTRIES} entries, aliases repeated"
+    return ScenarioError([f"{file}, line {line}: {text}"])
 
 
 # YAML 1.1 takes `1e-6` and `1.5e6` for text, as the point or the sign is missing.
-_EXPONENT = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)[eE][-+]?[0-9]+$")
+_EXPONENT = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)[eE][-+]?[0-9]+$")
 _Loader.add_implicit_resolver("tag:yaml.org,2002:float", _EXPONENT, list("-+.0123456789"))
 
 
@@ -53,13 +73,17 @@ def read_yaml(text: str, file: str) -> tuple[dict[str, Any], dict[Location, int]
 
 
 def _read(text: str, file: str) -> tuple[dict[str, Any], dict[Location, int]]:
-    loader = _Loader(text)
+    loader = _Loader(text, file)
     root = loader.get_single_node()
     if not isinstance(root, yaml.MappingNode):
         found = {yaml.ScalarNode: "a single value", yaml.SequenceNode: "a list"}.get(type(root), "nothing")
         text = f"{file}: expected a mapping of fields such as `base: patrol`, found {found}"
         raise ScenarioError([text])
-    lines = dict(_lines(root, (), file, ()))
+    lines: dict[Location, int] = {}
+    for n, (location, line) in enumerate(_lines(root, (), file, ())):
+        if n > MAX_ENTRIES:
+            raise _too_much(file, line, deep=False)
+        lines[location] = line
     return loader.construct_document(root), lines
 
 

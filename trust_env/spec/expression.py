@@ -23,7 +23,17 @@ _SPEC = re.compile(
     re.DOTALL | re.VERBOSE,
 )
 _ARGUMENT = re.compile(r"([A-Za-z_][\w.]*)\s*=(?!=)(.*)", re.DOTALL)
+_SHOWN = 200  # characters of a text, in messages
 _VALUES = "a number, a name, a quoted text, True, False, None, a list, a dict or a spec"
+
+
+class _Fault(ValueError):
+    """What is wrong with a text; of nested specs the outermost is shown, with the fault of the innermost."""
+
+    def __init__(self, text: str, reason: str):
+        shown = repr(text) if len(text) <= _SHOWN else f"{text[:_SHOWN]!r}..."
+        super().__init__(f"{shown}: {reason}")
+        self.reason = reason
 
 
 @dataclass(frozen=True)
@@ -46,12 +56,12 @@ def parse(text: str) -> Spec:
         raise ValueError(f"{text!r}: expected a text: {_FORM}")
     match, fault = _SPEC.fullmatch(text.strip()), bracket_fault(text)
     if match is None or fault:
-        raise ValueError(f"{text!r}: expected {_FORM}" + (f"; {fault}" if fault else ""))
+        raise _Fault(text, f"expected {_FORM}" + (f"; {fault}" if fault else ""))
     params: dict[str, Any] = {}
     for argument in _split(match["arguments"] or "", text):
         key, value = _parse_argument(argument, text)
         if key in params:
-            raise ValueError(f"{text!r}: {key} is given twice")
+            raise _Fault(text, f"{key} is given twice")
         params[key] = value
     return Spec(match["name"], params, match["path"])
 
@@ -73,21 +83,24 @@ def _split(text: str, whole: str) -> list[str]:
     if parts and not parts[-1]:
         parts.pop()  # an empty text, or a comma at the end, which Python allows
     if fault or not all(parts):
-        raise ValueError(f"{whole!r}: {fault or 'nothing stands before a comma'}")
+        raise _Fault(whole, fault or "nothing stands before a comma")
     return parts
 
 
 def _parse_argument(text: str, whole: str) -> tuple[str, Any]:
     match = _ARGUMENT.fullmatch(text)
     if match is None:
-        raise ValueError(f"{whole!r}: {text!r} has no name; expected key=value")
+        raise _Fault(whole, f"{text[:_SHOWN]!r} has no name; expected key=value")
     key, source = match[1], match[2].strip()
+    argument = f"{key}={source[:_SHOWN]}"
     try:
         return key, _parse_value(source)
     except (SyntaxError, RecursionError, MemoryError):
-        raise ValueError(f"{whole!r}: {key}={source}: expected {_VALUES}; put other text in quotes") from None
+        raise _Fault(whole, f"{argument}: expected {_VALUES}; put other text in quotes") from None
+    except _Fault as fault:
+        raise _Fault(whole, fault.reason) from None
     except ValueError as fault:
-        raise ValueError(f"{whole!r}: {key}={source}: expected {_VALUES}; {fault}") from None
+        raise _Fault(whole, f"{argument}: expected {_VALUES}; {fault}") from None
 
 
 def _parse_value(source: str) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
+MAX_DEPTH = 20  # of brackets
 _CLOSING = {"(": ")", "[": "]", "{": "}"}
 
 
@@ -31,6 +32,8 @@ def _scan(text: str) -> tuple[list[int], str]:
             quote = char
         elif char in _CLOSING:
             expected.append(_CLOSING[char])
+            if len(expected) > MAX_DEPTH:
+                return commas, f"brackets are nested deeper than {MAX_DEPTH}"
         elif char in ")]}" and (not expected or expected.pop() != char):
             return commas, f"a {char} closes nothing"
         elif char == "," and not expected:

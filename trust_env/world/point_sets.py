@@ -25,16 +25,21 @@ def set_distances(world, n_estimates, n_truths, cutoff, order):
 
     Both minimise Σ min(d, c)^p over assignments. Points in `scratch.estimates[·, 2]` and `scratch.truths[·, 2]`.
     Returns GOSPA, OSPA, the localisation part of GOSPA^p, and the number of pairs assigned within the cutoff.
+
+    Distances are counted in `unit`, so that c lies in [0.5, 1) and no power overflows; as that is a power of two, it
+    costs no digit.
     """
-    pairs, limit, found = world.pairs, cutoff**order, 0
+    reach, exponent = math.frexp(cutoff)
+    unit, per_unit = math.ldexp(1.0, exponent), math.ldexp(1.0, -exponent)
+    pairs, limit, found = world.pairs, reach**order, 0
     for r in range(n_estimates):
         pairs.start[r] = found
         x, y = world.scratch.estimates[r, 0], world.scratch.estimates[r, 1]
         for c in range(n_truths):
-            dx, dy = x - world.scratch.truths[c, 0], y - world.scratch.truths[c, 1]
+            dx, dy = per_unit * (x - world.scratch.truths[c, 0]), per_unit * (y - world.scratch.truths[c, 1])
             squared = dx * dx + dy * dy
             pairs.column[found], pairs.cost[found] = c, squared
-            found += int(squared < cutoff * cutoff)
+            found += int(squared < reach * reach)
     pairs.start[n_estimates] = found
     if order != 2.0:
         for p in range(found):
@@ -50,7 +55,7 @@ def set_distances(world, n_estimates, n_truths, cutoff, order):
     gospa = _root(localisation + 0.5 * limit * unassigned, order)
     most = max(n_estimates, n_truths)
     ospa = _root((localisation + limit * (most - assigned)) / most, order) if most > 0 else 0.0
-    return gospa, ospa, localisation, assigned
+    return unit * gospa, unit * ospa, localisation * unit**order, assigned
 
 
 def _distances(scratch, layout, n_estimates, n_truths, numbers):

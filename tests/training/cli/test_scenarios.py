@@ -27,11 +27,20 @@ def test_check_lists_every_problem_of_a_file(cli, tmp_path):
     code, out, err = cli("scenarios", "check", file)
     assert (code, out) == (1, "")
     assert "my.yaml, line 2: horizn = 3: unknown field; did you mean 'horizon'?" in err
-    assert "my.yaml, line 3: tracker.gate = 1.5: expected a number below 1" in err
-    assert "my.yaml, line 4: dt = -1: expected a number above 0" in err
+    assert "my.yaml, line 3: tracker.gate = 1.5: expected a number from 1e-15 to below 1" in err
+    assert "my.yaml, line 4: dt = -1: expected a number from 1e-06 to 1e+06" in err
     code, out, _ = cli("scenarios", "check", file, "patrol", "--json")
     found = json.loads(out)
     assert (code, found["ok"]) == (1, False)
     assert [len(problems) for problems in found["problems"].values()] == [3, 0]
     file.write_text("base: patrol\nhorizon: 3\n")
     assert cli("scenarios", "check", file) == (0, f"{file}: ok\n", "")
+
+
+def test_check_says_what_is_set_without_effect(cli, tmp_path):
+    file = tmp_path / "my.yaml"
+    file.write_text("base: case1\nteam: {n_benign: 3}\n")
+    note = f"{file}, line 2: team.n_benign = 3: has no effect, as agents decides this"
+    assert cli("scenarios", "check", file) == (0, f"{file}: ok\n{note}\n", "")
+    code, out, _ = cli("scenarios", "check", file, "--json")
+    assert (code, json.loads(out)["notes"]) == (0, {str(file): [note]})

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.extra("train")
         ({"overrides": {"ppo.lerning_rate": 1}}, r"did you mean 'ppo.learning_rate'\?"),
         ({"config": {"stepz": 3}}, r"stepz = 3: unknown field; did you mean 'steps'\?"),
         ({"steps": -5}, r"steps = -5 \(override\): expected a number of at least 1"),
-        ({"overrides": {"ppo.gamma": 1.5}}, "expected a number of at most 1"),
+        ({"overrides": {"ppo.gamma": 1.5}}, "expected a number from 0 to 1"),
         ({"seed": 2**40}, "expected a number below 4294967296"),
         ({"scenario": "trio(n_adversaries=0)"}, "has no agent of role 'adversary'"),
         ({"scenario": "trois"}, r"unknown scenario 'trois'; did you mean 'trio'\?"),

@@ -201,3 +201,14 @@ def test_one_problem_leaves_nothing_behind_for_the_next(bench):
     for other, price in problems(seed=7, n=50, largest=SIZE):
         solve(bench, other, price)
         assert solve(bench, allowed, cost) == first
+
+
+@pytest.mark.core
+def test_costs_that_are_not_finite_end_in_a_matching(bench):
+    """An infinite cost once made the search for the end of a path run for ever."""
+    rng = np.random.default_rng(8)
+    for allowed, cost in problems(seed=9, n=500, largest=8):
+        strange = rng.choice([np.inf, -np.inf, np.nan, 1e308, -1e308], cost.shape)
+        solve(bench, allowed, np.where(rng.random(cost.shape) < 0.4, strange, cost))  # checks that it is one
+    everything = np.ones((3, 3), dtype=bool)
+    assert solve(bench, everything, np.where(np.eye(3) > 0, 1.0, np.inf)) == [(0, 0), (1, 1), (2, 2)]

@@ -12,7 +12,7 @@ from trust_env.scenario.fov.circle import Circle
 from trust_env.scenario.fov.polygon import Polygon
 from trust_env.scenario.fov.sector import Sector
 from trust_env.scenario.fov.shape import FovShape
-from trust_env.scenario.types import Part, Point, Real, raise_problems
+from trust_env.scenario.types import Angle, Coordinate, Part, Points, raise_problems
 
 # What a new shape needs beside its file: a line here, and fields that no other shape has in the models below.
 SHAPES: dict[str, type[FovShape]] = {"circle": Circle, "sector": Sector, "polygon": Polygon}
@@ -27,10 +27,10 @@ class Fov(Part):
     """Field of view about the agent; only the fields that the shape of its `type` has count."""
 
     type: FovType
-    radius: Real  # m
-    heading: Real  # rad, middle of the sector, from the agent's own heading
-    width: Real  # rad, total opening of the sector
-    vertices: tuple[Point, ...] | None  # m, in the agent's frame: x ahead, y left
+    radius: Coordinate  # m
+    heading: Angle  # rad, middle of the sector, from the agent's own heading
+    width: Angle  # rad, total opening of the sector
+    vertices: Points | None  # m, in the agent's frame: x ahead, y left
 
     @model_validator(mode="after")
     def _sees_something(self) -> Fov:
@@ -60,7 +60,7 @@ class FovDifference(Part):
     """Fields that differ from the scenario's `fov`; null: the same."""
 
     type: FovType | None = None
-    radius: Real | None = None
-    heading: Real | None = None
-    width: Real | None = None
-    vertices: tuple[Point, ...] | None = None
+    radius: Coordinate | None = None
+    heading: Angle | None = None
+    width: Angle | None = None
+    vertices: Points | None = None

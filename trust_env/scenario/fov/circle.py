@@ -10,6 +10,7 @@ import numpy as np
 
 from trust_env.compiled.kernels import kernel
 from trust_env.scenario.fov.shape import INSIDE, FovShape, arc
+from trust_env.scenario.types import LENGTH
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,7 @@ class Circle(FovShape):
     radius: float  # m
 
     def faults(self) -> dict[str, str]:
-        return {} if self.radius > 0 else {"radius": "expected a number above 0, or the FOV sees nothing"}
+        return {} if self.radius >= LENGTH.least else {"radius": f"expected {LENGTH}, or the FOV sees nothing"}
 
     @property
     def area(self) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 
 from trust_env.compiled.kernels import kernel
 from trust_env.scenario.fov.shape import INSIDE, FovGroup, FovShape, box_around, global_of, local_of
+from trust_env.scenario.types import LENGTH
 
 Vertices = tuple[tuple[float, float], ...]
 
@@ -162,6 +163,8 @@ def _expected_vertices(vertices: Vertices) -> str:
     edges = [(x1 - x0, y1 - y0) for (x0, y0), (x1, y1) in zip(vertices, vertices[1:] + vertices[:1])]
     if (0.0, 0.0) in edges:
         return "expected vertices that differ from their neighbours"
+    if max(math.hypot(*edge) for edge in edges) < LENGTH.least:
+        return f"expected an edge of at least {LENGTH.least:g} m, or the FOV sees nothing"
     if abs(signed_area(vertices)) < 1e-12 * max(math.hypot(*edge) for edge in edges) ** 2:
         return "expected vertices that enclose an area above 0, or the FOV sees nothing"
     turns = [_exterior_angle(a, b) for a, b in zip(edges, edges[1:] + edges[:1])]

@@ -13,6 +13,7 @@ import numpy as np
 from trust_env.compiled.kernels import kernel
 
 NONE = -1
+_LARGEST = 1e150  # of costs: their sums stay finite
 
 
 @kernel
@@ -20,12 +21,25 @@ def max_cardinality_assignment(world, rows, columns):
     """Assign as many pairs as possible, and among such assignments choose the one of least total cost."""
     if not _assign_unambiguous(world, rows, columns, np.inf):
         return
-    pairs, low, high = world.pairs, np.inf, -np.inf
+    pairs, low, high = _limit_costs(world, rows), np.inf, -np.inf
     for p in range(pairs.start[rows]):
         low, high = min(low, pairs.cost[p]), max(high, pairs.cost[p])
     for p in range(pairs.start[rows]):
         pairs.cost[p] -= low  # changes every assignment of the same size alike
     _assign_ambiguous(world, rows, columns, (high - low + 1.0) * (rows + 1.0))
+
+
+@kernel
+def _limit_costs(world, rows):
+    """The pairs, with all costs finite: what is no number, or too large, costs the most that there is."""
+    pairs, total = world.pairs, 0.0
+    for p in range(pairs.start[rows]):
+        total += abs(pairs.cost[p])
+    if not total <= _LARGEST:  # written so that NaN is found, too
+        for p in range(pairs.start[rows]):
+            cost = pairs.cost[p]
+            pairs.cost[p] = max(cost, -_LARGEST) if cost <= _LARGEST else _LARGEST
+    return pairs
 
 
 @kernel
@@ -71,11 +85,13 @@ def _assign_ambiguous(world, rows, columns, unassigned_cost):
 def _augment(world, first, unassigned_cost):
     """Dijkstra from row `first` to the nearest free column, or to the cheapest row to leave unassigned; then
     exchange the assignments along the path.
+
+    Every round is done with one more column, so that there are at most as many rounds as columns, and one.
     """
-    found, touched = world.matching, 0
+    found, touched, total = world.matching, 0, np.inf
     row, length, end = first, 0.0, NONE
-    left_out, left_out_cost = NONE, np.inf  # the row to leave unassigned, and the length of the path to it
-    while True:
+    left_out, left_out_cost = first, np.inf  # the row to leave unassigned, and the length of the path to it
+    for _ in range(found.done.shape[0] + 1):
         if length + unassigned_cost - found.row_potential[row] < left_out_cost:
             left_out, left_out_cost = row, length + unassigned_cost - found.row_potential[row]
         touched = _relax(world, row, length, touched)
@@ -131,11 +147,14 @@ def _exchange(world, first, end, left_out):
     """Exchange assignments along the path to a free column, or to a row that is left unassigned."""
     found, column = world.matching, end
     if end == NONE:
+        if left_out == first:
+            return
         column = found.row_column[left_out]
         found.row_column[left_out] = NONE
-    row = left_out if end == NONE else NONE
-    while row != first:
+    for _ in range(found.done.shape[0]):  # a path leads through a column once
         row = found.path_row[column]
         following = found.row_column[row]
         found.row_column[row], found.column_row[column] = column, row
+        if row == first:
+            break
         column = following

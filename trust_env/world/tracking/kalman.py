@@ -7,6 +7,9 @@ from __future__ import annotations
 
 from trust_env.compiled.kernels import inlined, kernel
 
+PRECISE = 1e-6  # |R| / |S| below which P - K S Kᵀ loses too many digits
+_ROUNDING = 2.0**-46  # more than rounding takes from a variance in an update, where x and y are uncorrelated
+
 
 @inlined
 def predict(mean, cov, dt, q):
@@ -63,6 +66,44 @@ def update(mean, cov, dx, dy, ixx, ixy, iyy):
     cov[0, 3] = cov[3, 0] = p30 - (k00 * p30 + k01 * p31)
     cov[1, 2] = cov[2, 1] = p21 - (k10 * p20 + k11 * p21)
     cov[1, 3] = cov[3, 1] = p31 - (k10 * p30 + k11 * p31)
+    cov[2, 3] = cov[3, 2] = p32 - (k20 * p30 + k21 * p31)
+
+
+@kernel
+def update_precisely(mean, cov, dx, dy, noise, s_inverse, det):
+    """The same as `update` where R is small beside A, as P - K S Kᵀ would be all rounding there.
+
+    R and S⁻¹ are given by their entries (xx, xy, yy), S also by its determinant. With P in blocks of position and
+    velocity [[A, B], [Bᵀ, C]], without differences of equals where 2 x 2 matrices allow it:
+
+        A ← R S⁻¹ A = (|A| R + |R| A) / |S|,   B ← R S⁻¹ B,   C ← (1 + δ) C - Bᵀ S⁻¹ B
+
+    with δ above what rounding takes from C, which grows with the correlation ρ of S as 1 / (1 - ρ²).
+    """
+    (rxx, rxy, ryy), (ixx, ixy, iyy), per_det = noise, s_inverse, 1.0 / det
+    p00, p01, p11 = cov[0, 0], cov[0, 1], cov[1, 1]
+    p20, p21, p30, p31 = cov[2, 0], cov[2, 1], cov[3, 0], cov[3, 1]
+    p22, p32, p33 = cov[2, 2], cov[3, 2], cov[3, 3]
+    # rows of K and of R S⁻¹
+    g00, g01 = rxx * ixx + rxy * ixy, (rxy * p00 - rxx * p01) * per_det
+    g10, g11 = (rxy * p11 - ryy * p01) * per_det, rxy * ixy + ryy * iyy
+    k20, k21 = p20 * ixx + p21 * ixy, p20 * ixy + p21 * iyy
+    k30, k31 = p30 * ixx + p31 * ixy, p30 * ixy + p31 * iyy
+    mean[0] += (p00 * ixx + p01 * ixy) * dx - g01 * dy
+    mean[1] += (p01 * ixy + p11 * iyy) * dy - g10 * dx
+    mean[2] += k20 * dx + k21 * dy
+    mean[3] += k30 * dx + k31 * dy
+    of_noise, of_prior = max(0.0, p00 * p11 - p01 * p01) * per_det, (rxx * ryy - rxy * rxy) * per_det
+    cov[0, 0] = of_noise * rxx + of_prior * p00
+    cov[1, 1] = of_noise * ryy + of_prior * p11
+    cov[0, 1] = cov[1, 0] = of_noise * rxy + of_prior * p01
+    cov[0, 2] = cov[2, 0] = g00 * p20 + g01 * p21
+    cov[0, 3] = cov[3, 0] = g00 * p30 + g01 * p31
+    cov[1, 2] = cov[2, 1] = g10 * p20 + g11 * p21
+    cov[1, 3] = cov[3, 1] = g10 * p30 + g11 * p31
+    more = 1.0 + _ROUNDING * (ixx * iyy * det)  # the bracket is 1 / (1 - ρ²)
+    cov[2, 2] = more * p22 - (k20 * p20 + k21 * p21)
+    cov[3, 3] = more * p33 - (k30 * p30 + k31 * p31)
     cov[2, 3] = cov[3, 2] = p32 - (k20 * p30 + k21 * p31)
 
 

@@ -106,9 +106,8 @@ def _gate(world, tracker, k, weight):
 
     A track just outside Φ_k can be hit, as its target may be inside, but not missed.
     """
-    tracks, scan, noise = tracks_of(world, tracker), world.scan, world.agents.noise_cov[k]
+    tracks, scan, (rxx, rxy, ryy) = tracks_of(world, tracker), world.scan, _noise(world, k, weight)
     gate, farthest, listed = world.parameters.gate, _farthest_detection(world, k), 0
-    rxx, rxy, ryy = noise[0, 0] / weight, noise[0, 1] / weight, noise[1, 1] / weight
     for j in range(tracks.count):
         # Written first, counted after: whether a track is listed is hard to predict, for the processor too.
         x, y, scan.gain[j] = tracks.mean[j, 0], tracks.mean[j, 1], 0.0
@@ -147,6 +146,13 @@ def _list_pairs(world, k, listed):
 
 
 @inlined
+def _noise(world, k, weight):
+    """R_k/w by its entries xx, xy, yy, m²."""
+    noise = world.agents.noise_cov[k]
+    return noise[0, 0] / weight, noise[0, 1] / weight, noise[1, 1] / weight
+
+
+@inlined
 def _farthest_detection(world, k):
     """Distance of the report's farthest detection from agent k, m; noise may have put it outside Φ_k."""
     reports, pose, squared = world.reports, world.agents.pose, 0.0
@@ -166,7 +172,11 @@ def _hit(world, tracker, k, weight, c, d):
     gain = weight * hit_gain(world.agents.hit_constant[k], geometry[6], distance2)
     if tracker == CENTRAL and world.parameters.keep_innovations:
         _keep_innovation(world, k, weight, j, dx, dy, distance2)
-    kalman.update(mean, cov, dx, dy, ixx, ixy, iyy)
+    rxx, rxy, ryy = _noise(world, k, weight)
+    if rxx * ryy - rxy * rxy < kalman.PRECISE * geometry[5]:
+        kalman.update_precisely(mean, cov, dx, dy, (rxx, rxy, ryy), (ixx, ixy, iyy), geometry[5])
+    else:
+        kalman.update(mean, cov, dx, dy, ixx, ixy, iyy)
     tracks.score[j] += gain
     tracks.hits[j] += 1
     tracks.hit_now[j] = True

@@ -1,0 +1,34 @@
+"""Runs soaks by name, all of them by default, and prints how many of each were tried and survived."""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+from soak import extremes, frames
+
+SOAKS = {"extremes": extremes.run, "frames": frames.run}
+"""name: function of the amount, 1 for all of it, that returns a Tally."""
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("names", nargs="*", help=f"of {', '.join(SOAKS)}; all by default")
+    parser.add_argument("--amount", type=float, default=1.0, help="the part of each to run, such as 0.01")
+    given = parser.parse_args()
+    if unknown := set(given.names) - set(SOAKS):
+        parser.error(f"no soak is called {', '.join(sorted(unknown))}; known: {', '.join(SOAKS)}")
+    failed = False
+    print(f"{'soak':<12}{'of':<12}{'tried':>12}{'survived':>12}{'seconds':>10}")
+    for name in given.names or SOAKS:
+        start = time.monotonic()
+        tally = SOAKS[name](given.amount)
+        seconds, failed = time.monotonic() - start, failed or bool(tally.failures)
+        print(f"{name:<12}{tally.of:<12}{tally.tried:>12,}{tally.survived:>12,}{seconds:>10.0f}", flush=True)
+        for failure in tally.failures[:20]:
+            print(f"    {failure}")
+    return int(failed)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
