@@ -166,8 +166,8 @@ def _hit(world, tracker, k, weight, c, d):
     gain = weight * hit_gain(world.agents.hit_constant[k], geometry[6], distance2)
     if tracker == CENTRAL and world.parameters.keep_innovations:
         _keep_innovation(world, k, weight, j, dx, dy, distance2)
-    r = world.agents.noise_cov[k]
-    noise = r[0, 0] / weight, r[0, 1] / weight, r[1, 1] / weight
+    r, per_weight = world.agents.noise_cov[k], 1.0 / weight
+    noise = per_weight * r[0, 0], per_weight * r[0, 1], per_weight * r[1, 1]
     kalman.update(mean, cov, dx, dy, noise, (ixx, ixy, iyy), geometry[5])
     tracks.score[j] += gain
     tracks.hits[j] += 1
