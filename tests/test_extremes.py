@@ -10,6 +10,7 @@ from extreme_scenarios import draw_number, draw_scenario, numeric_fields
 from extreme_worlds import play
 
 from trust_env.scenario import ScenarioError, load_scenario
+from trust_env.spaces.action import ActionTable
 
 
 @pytest.mark.core
@@ -36,3 +37,10 @@ def test_every_numeric_field_accepts_its_range_and_nothing_else(name, within):
         with pytest.raises(ScenarioError) as caught:
             load_scenario("patrol", **{name: outside})
         assert any(name in line and f"expected {within}" in line for line in caught.value.problems)
+
+
+def test_an_action_for_an_fov_without_extent_is_finite():
+    """At 1e9 m rounding leaves no height to the box of a narrow sector."""
+    table = ActionTable(load_scenario("patrol"))
+    action = table.encode(np.array([1e9 - 1, 1e9, 1e9, 1e9]), positions=[[1e9 - 0.5, 1e9]])
+    assert table.injections(action)[0].tolist() == [1.0, 0.0, -1.0]

@@ -37,11 +37,12 @@ def _play(seed: int) -> int:
     rng = np.random.default_rng(seed)
     scenario = draw_scenario(rng, most_bytes=5e5, most_pairs=2e5)
     env = trust_env.vector_env(scenario, str(rng.choice(DEFENSES)), num_worlds=WORLDS, threads=1)
+    observations, _ = env.reset(seed=int(rng.integers(2**63)))
     try:
         player = Player(env, {"adversary": str(rng.choice(ATTACKS))})
-    except ValueError:  # the attack wants to observe more than this scenario lets it
+        player.actions(observations)
+    except ValueError:  # the attack wants to observe more, or more slots, than this scenario has
         player = Player(env, {"adversary": "random"})
-    observations, _ = env.reset(seed=int(rng.integers(2**63)))
     for frame in range(FRAMES):
         observations, rewards, *_, info = env.step(player.actions(observations))
         assert np.isfinite(rewards).all() and np.isfinite(info["gospa"]).all()

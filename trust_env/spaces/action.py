@@ -67,7 +67,8 @@ class ActionTable(Mapping[str, slice]):
             low, high = box[..., None, 0::2], box[..., None, 1::2]
             slots = self.injections(out).copy()
             slots[..., :n, 0] = 1.0 if fire is None else np.where(np.asarray(fire)[..., :n], 1.0, -1.0)
-            slots[..., :n, 1:] = np.clip(2.0 * (points[..., :n, :] - low) / (high - low) - 1.0, -1.0, 1.0)
+            extent = np.maximum(high - low, np.finfo(np.float64).tiny)  # 0 where rounding leaves nothing of a thin FOV
+            slots[..., :n, 1:] = np.clip(2.0 * (points[..., :n, :] - low) / extent - 1.0, -1.0, 1.0)
             out[..., self["injections"]] = slots.reshape(*box.shape[:-1], -1)
         if suppress is not None:
             out[..., self["suppressions"]] = np.asarray(suppress, dtype=np.float32)
