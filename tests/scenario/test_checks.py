@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from trust_env.compiled.structs import ACTIONS, ROW, SCRATCH
+from trust_env.compiled.layout import ACTIONS, ROW, SCRATCH
 from trust_env.defenses import build_defense
 from trust_env.parameters import Parameters
 from trust_env.scenario import load_scenario, scenario_notes

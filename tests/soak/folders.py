@@ -55,10 +55,10 @@ def _assert_same(found: dict[str, Any], whole: dict[str, Any]) -> None:
 
 
 SOAKS = {
-    "kill evaluate": partial(soak, EVALUATE, killed, 10),
-    "kill exploit": partial(soak, EXPLOIT, killed, 10),
-    "kill train": partial(soak, TRAIN, killed, 10),
-    "disk evaluate": partial(soak, EVALUATE, out_of_disk, 10),
-    "disk exploit": partial(soak, EXPLOIT, out_of_disk, 10),
-    "disk train": partial(soak, TRAIN, out_of_disk, 10),
+    "kill-evaluate": partial(soak, EVALUATE, killed, 20),
+    "kill-exploit": partial(soak, EXPLOIT, killed, 20),
+    "kill-train": partial(soak, TRAIN, killed, 10),
+    "disk-evaluate": partial(soak, EVALUATE, out_of_disk, 10),
+    "disk-exploit": partial(soak, EXPLOIT, out_of_disk, 10),
+    "disk-train": partial(soak, TRAIN, out_of_disk, 10),
 }

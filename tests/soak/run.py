@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 import time
 
-from soak import extremes, frames
+from soak import extremes, folders, frames
 
-SOAKS = {"extremes": extremes.run, "frames": frames.run}
+SOAKS = {"extremes": extremes.run, "frames": frames.run, **folders.SOAKS}
 """name: function of the amount, 1 for all of it, that returns a Tally."""
 
 
@@ -19,12 +19,12 @@ def main() -> int:
     if unknown := set(given.names) - set(SOAKS):
         parser.error(f"no soak is called {', '.join(sorted(unknown))}; known: {', '.join(SOAKS)}")
     failed = False
-    print(f"{'soak':<12}{'of':<12}{'tried':>12}{'survived':>12}{'seconds':>10}")
+    print(f"{'soak':<14}{'of':<12}{'tried':>12}{'survived':>12}{'seconds':>10}")
     for name in given.names or SOAKS:
         start = time.monotonic()
         tally = SOAKS[name](given.amount)
         seconds, failed = time.monotonic() - start, failed or bool(tally.failures)
-        print(f"{name:<12}{tally.of:<12}{tally.tried:>12,}{tally.survived:>12,}{seconds:>10.0f}", flush=True)
+        print(f"{name:<14}{tally.of:<12}{tally.tried:>12,}{tally.survived:>12,}{seconds:>10.0f}", flush=True)
         for failure in tally.failures[:20]:
             print(f"    {failure}")
     return int(failed)

@@ -21,7 +21,7 @@ def test_a_configuration_written_as_yaml_loads_again(tmp_path):
 def test_a_file_replaces_only_its_fields_and_errors_name_its_lines(tmp_path):
     mine = tmp_path / "mine.yaml"
     mine.write_text("steps: 10\nppo:\n  gamma: 2\n")
-    with pytest.raises(ValueError, match=r"mine\.yaml, line 3: ppo\.gamma = 2: expected a number of at most 1"):
+    with pytest.raises(ValueError, match=r"mine\.yaml, line 3: ppo\.gamma = 2: expected a number from 0 to 1"):
         load_configuration(mine)
     mine.write_text("steps: 10\n")
     assert load_configuration(mine) == load_configuration(overrides={"steps": 10})

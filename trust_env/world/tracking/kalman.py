@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from trust_env.compiled.kernels import inlined, kernel
 
-PRECISE = 1e-6  # |R| / |S| below which P - K S Kᵀ loses too many digits
+_PRECISE = 1e-6  # |R| / |S| below which P - K S Kᵀ loses too many digits
 _ROUNDING = 2.0**-46  # more than rounding takes from a variance in an update, where x and y are uncorrelated
 
 
@@ -40,11 +40,21 @@ def innovation_cov(cov, rxx, rxy, ryy):
 
 
 @inlined
-def update(mean, cov, dx, dy, ixx, ixy, iyy):
+def update(mean, cov, dx, dy, noise, s_inverse, det):
     """x ← x + K ν, P ← P - K S Kᵀ with K = P Hᵀ S⁻¹.
 
-    The innovation is ν = (dx, dy); S⁻¹ is given by its entries. mean: [4]; cov: [4, 4].
+    The innovation is ν = (dx, dy); R and S⁻¹ are given by their entries (xx, xy, yy), S also by its determinant.
+    mean: [4]; cov: [4, 4].
     """
+    (rxx, rxy, ryy), (ixx, ixy, iyy) = noise, s_inverse
+    if rxx * ryy - rxy * rxy < _PRECISE * det:
+        _update_precisely(mean, cov, dx, dy, noise, s_inverse, det)
+    else:
+        _update_plainly(mean, cov, dx, dy, ixx, ixy, iyy)
+
+
+@inlined
+def _update_plainly(mean, cov, dx, dy, ixx, ixy, iyy):
     p00, p01, p11 = cov[0, 0], cov[0, 1], cov[1, 1]
     p20, p21, p30, p31 = cov[2, 0], cov[2, 1], cov[3, 0], cov[3, 1]
     p22, p32, p33 = cov[2, 2], cov[3, 2], cov[3, 3]
@@ -70,11 +80,9 @@ def update(mean, cov, dx, dy, ixx, ixy, iyy):
 
 
 @kernel
-def update_precisely(mean, cov, dx, dy, noise, s_inverse, det):
-    """The same as `update` where R is small beside A, as P - K S Kᵀ would be all rounding there.
-
-    R and S⁻¹ are given by their entries (xx, xy, yy), S also by its determinant. With P in blocks of position and
-    velocity [[A, B], [Bᵀ, C]], without differences of equals where 2 x 2 matrices allow it:
+def _update_precisely(mean, cov, dx, dy, noise, s_inverse, det):
+    """Where R is small beside P, P - K S Kᵀ would be all rounding. With P in blocks of position and velocity
+    [[A, B], [Bᵀ, C]], the same without differences of equals where 2 x 2 matrices allow it:
 
         A ← R S⁻¹ A = (|A| R + |R| A) / |S|,   B ← R S⁻¹ B,   C ← (1 + δ) C - Bᵀ S⁻¹ B
 

@@ -172,11 +172,7 @@ def _hit(world, tracker, k, weight, c, d):
     gain = weight * hit_gain(world.agents.hit_constant[k], geometry[6], distance2)
     if tracker == CENTRAL and world.parameters.keep_innovations:
         _keep_innovation(world, k, weight, j, dx, dy, distance2)
-    rxx, rxy, ryy = _noise(world, k, weight)
-    if rxx * ryy - rxy * rxy < kalman.PRECISE * geometry[5]:
-        kalman.update_precisely(mean, cov, dx, dy, (rxx, rxy, ryy), (ixx, ixy, iyy), geometry[5])
-    else:
-        kalman.update(mean, cov, dx, dy, ixx, ixy, iyy)
+    kalman.update(mean, cov, dx, dy, _noise(world, k, weight), (ixx, ixy, iyy), geometry[5])
     tracks.score[j] += gain
     tracks.hits[j] += 1
     tracks.hit_now[j] = True
