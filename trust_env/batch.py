@@ -18,6 +18,8 @@ from trust_env.defenses.verdict import apply_verdict
 from trust_env.exclusive import ExclusiveUse
 from trust_env.parameters import Parameters
 from trust_env.scenario import Scenario, load_scenario
+from trust_env.spaces.action import ActionTable
+from trust_env.spaces.observation import ObservationTable
 from trust_env.user_code import call, source_of
 from trust_env.world.fields import FRAME_METRICS, HEAD
 
@@ -98,6 +100,7 @@ class Batch:
         self._workers = WorkerThreads(frame.engine(), count, [self._own(s) for s in self.scratch], memory)
         self.arrays = Arrays(self.parameters, self.rows, self._actions)
         self.arrays.dt[...], self.arrays.active[...] = self.scenario.dt, 1
+        self._action = self.arrays.action
         self._evidence: Evidence | None = None
 
     def _own(self, scratch: np.ndarray) -> list[int]:
@@ -160,7 +163,7 @@ class Batch:
 
     def step(self, actions: np.ndarray) -> None:
         """One frame of all worlds on checked actions[W, K, A]."""
-        self.arrays.action[...] = actions
+        self._action[...] = actions
         self.run_frame(frame.EDIT_AND_TRACK, frame.NEXT_FRAME)
 
     def run_frame(self, before: int, after: int) -> None:
@@ -196,6 +199,27 @@ class Batch:
     def close(self) -> None:
         self.use.check_free()
         self._workers.close()
+
+
+class Face:
+    """What the faces of a batch share."""
+
+    worlds: Batch
+
+    @property
+    def arrays(self) -> Arrays:
+        """Live views of everything in the worlds, with leading axis W."""
+        return self.worlds.arrays
+
+    @property
+    def observation_table(self) -> ObservationTable:
+        """Names, slices, shapes and units of the observation's fields."""
+        return self.worlds.parameters.observation
+
+    @property
+    def action_table(self) -> ActionTable:
+        """Where injections and suppressions stand in an action."""
+        return self.worlds.parameters.actions
 
 
 def _positive(name: str, value: Any) -> int:

@@ -14,17 +14,18 @@ from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import wrappers
 from pettingzoo.utils.conversions import parallel_to_aec
 
-from trust_env.batch import Arrays, Batch, checked_seed
+from trust_env.batch import Batch, Face, checked_seed
 from trust_env.errors import unknown_name
 from trust_env.exclusive import THREAD
 from trust_env.snapshot import check_snapshot
+from trust_env.spaces.staging import StagedActions
 from trust_env.spaces.state import StateTable
 from trust_env.world.fields import FRAME_METRICS
 
 INFO_KEYS = tuple(FRAME_METRICS)[:5]
 
 
-class TrustEnv(ParallelEnv):
+class TrustEnv(Face, ParallelEnv):
     """One world as a PettingZoo parallel environment.
 
     scenario: a name, `patrol(horizon=50)`, a YAML file, a mapping or a Scenario; defense: a name,
@@ -56,7 +57,7 @@ class TrustEnv(ParallelEnv):
         self.scenario, self.max_cycles = self.worlds.scenario, self.worlds.horizon
         self.possible_agents = list(self.scenario.agent_names)
         self.agents: list[str] = []
-        size, actions = self.observation_table.size, self.worlds.parameters.actions.size
+        size, actions = self.observation_table.size, self.action_table.size
         self._observation_spaces = {a: Box(-1.0, 1.0, (size,), np.float32) for a in self.possible_agents}
         self._action_spaces = {a: Box(-1.0, 1.0, (actions,), np.float32) for a in self.possible_agents}
         self.state_table = self._state_table()
@@ -71,23 +72,11 @@ class TrustEnv(ParallelEnv):
         self._observation = arrays.observation[0]
         self._reward, self._frame = arrays.reward[0], arrays.frame
         self._metrics = arrays.metrics[0, : len(INFO_KEYS)]
-        self._staged = np.zeros_like(arrays.action[0])
-        self._staged_rows = list(self._staged)
-        self._flat, self._finite = self._staged.reshape(-1), np.zeros(self._staged.size, dtype=bool)
+        self._staged = StagedActions(self.possible_agents, self.action_table.size)
 
     def _state_table(self) -> StateTable:
         parameters, horizon = self.worlds.parameters, self.max_cycles
         return StateTable(parameters.lengths, parameters.observation.scales, self.worlds.roles, horizon)
-
-    @property
-    def arrays(self) -> Arrays:
-        """Live views of everything in the world, with a leading axis of length 1."""
-        return self.worlds.arrays
-
-    @property
-    def observation_table(self):
-        """Names, slices, shapes and units of the observation's fields."""
-        return self.worlds.parameters.observation
 
     def observation_space(self, agent: str) -> Box:
         return self._observation_spaces[agent]
@@ -128,8 +117,7 @@ class TrustEnv(ParallelEnv):
         try:
             if use.unfinished or not self.agents:
                 self._refuse_step()
-            self._stage(actions)
-            self.worlds.step(self._staged)
+            self.worlds.step(self._staged.take(actions))
             result = self._results()
             use.unfinished = False
         finally:
@@ -151,39 +139,6 @@ class TrustEnv(ParallelEnv):
     def _infos(self) -> dict[str, dict[str, float]]:
         values = self._metrics.tolist()
         return {agent: dict(zip(INFO_KEYS, values, strict=True)) for agent in self.agents}
-
-    def _stage(self, actions: Mapping[str, Any]) -> None:
-        """Copy the actions aside, checked."""
-        shape = self._staged.shape[1]
-        try:
-            for agent, row in zip(self.agents, self._staged_rows, strict=True):
-                action = actions[agent]
-                if type(action) is not np.ndarray or action.shape != (shape,) or action.dtype.char not in "fd":
-                    action = _as_action(agent, action, shape)
-                row[...] = action
-        except KeyError:
-            raise self._unfit_agents(actions) from None
-        except (TypeError, ValueError) as error:
-            raise ValueError(
-                str(error) if "action of" in str(error) else f"the action of {agent} must be {shape} numbers: {error}"  # pyright: ignore[reportPossiblyUnboundVariable]
-            ) from None
-        if len(actions) != len(self._staged_rows):
-            raise self._unfit_agents(actions)
-        if b"\0" in np.isfinite(self._flat, self._finite).tobytes():  # half the time of .all()
-            k, entry = np.argwhere(~np.isfinite(self._staged))[0]
-            raise ValueError(
-                f"the action of {self.agents[k]} must be finite; entry {entry} is {self._staged[k, entry]}"
-            )
-
-    def _unfit_agents(self, actions: Mapping[str, Any]) -> ValueError:
-        missing, unknown = (
-            [a for a in self.agents if a not in actions],
-            [a for a in actions if a not in self.agents],
-        )
-        found = ([f"missing: {', '.join(missing)}"] if missing else []) + (
-            [f"unknown: {', '.join(map(str, unknown))}"] if unknown else []
-        )
-        return ValueError(f"step expects one action for each of {', '.join(self.agents)}; {'; '.join(found)}")
 
     def _refuse_step(self) -> None:
         self.worlds.use.check_finished()
@@ -249,17 +204,7 @@ class TrustEnv(ParallelEnv):
         self.worlds.close()
 
     def __getstate__(self) -> dict[str, Any]:
-        bound = (
-            "_observation",
-            "_reward",
-            "_metrics",
-            "_frame",
-            "_staged",
-            "_staged_rows",
-            "_flat",
-            "_finite",
-            "state_table",
-        )
+        bound = ("_observation", "_reward", "_metrics", "_frame", "_staged", "state_table")
         return {name: value for name, value in self.__dict__.items() if name not in bound} | {"_renderer": None}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -272,16 +217,6 @@ class TrustEnv(ParallelEnv):
             f"TrustEnv(scenario={self.scenario.name!r}, defense={type(self.worlds.defense).__name__}, "
             f"agents={len(self.possible_agents)})"
         )
-
-
-def _as_action(agent: str, action: Any, size: int) -> np.ndarray:
-    array = np.asarray(action)
-    if array.shape != (size,) or array.dtype.kind not in "fiub":
-        raise ValueError(
-            f"the action of {agent} must be {size} finite numbers, Box(-1, 1, ({size},)); "
-            f"got shape {list(array.shape)} of {array.dtype}"
-        )
-    return array
 
 
 def _index(options: Mapping[str, Any], name: str, default: Any) -> Any:

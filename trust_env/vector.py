@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Box
 
-from trust_env.batch import Arrays, Batch, checked_seed
+from trust_env.batch import Batch, Face, checked_seed
 from trust_env.exclusive import THREAD
-from trust_env.spaces.action import ActionTable
+from trust_env.spaces.staging import checked_actions
 from trust_env.world.fields import FRAME_METRICS
 
 __all__ = ["VectorEnv", "vector_env"]
 
 
-class VectorEnv:
+class VectorEnv(Face):
     """W worlds of one scenario under one defense, in step.
 
     num_worlds: W; max_cycles overrides the scenario's horizon (frames); threads: default, the processors this
@@ -42,21 +42,6 @@ class VectorEnv:
         self.single_observation_space = Box(-1.0, 1.0, (self.observation_table.size,), np.float32)
         self.single_action_space = Box(-1.0, 1.0, (self.action_table.size,), np.float32)
         self._started = False
-
-    @property
-    def arrays(self) -> Arrays:
-        """Live views of everything in the worlds, with leading axis W."""
-        return self.worlds.arrays
-
-    @property
-    def observation_table(self):
-        """Names, slices, shapes and units of the observation's fields."""
-        return self.worlds.parameters.observation
-
-    @property
-    def action_table(self) -> ActionTable:
-        """Where injections and suppressions stand in an action."""
-        return self.worlds.parameters.actions
 
     def reset(
         self, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -95,7 +80,7 @@ class VectorEnv:
         try:
             if use.unfinished or not self._started:
                 self._refuse_step()
-            result = self._step(self._checked(actions))
+            result = self._step(checked_actions(actions, self.worlds.arrays.action.shape, self.possible_agents))
             use.unfinished = False
             return result
         finally:
@@ -116,21 +101,6 @@ class VectorEnv:
             self.worlds.start(truncated)
         terminated = np.zeros(self.num_worlds, dtype=bool)
         return arrays.observation.copy(), head["reward"], terminated, truncated, info
-
-    def _checked(self, actions: Any) -> np.ndarray:
-        expected = self.worlds.arrays.action.shape
-        array = np.asarray(actions)
-        if array.shape != expected or array.dtype.kind not in "fiub":
-            raise ValueError(
-                f"actions must be numbers of shape {list(expected)} (worlds, agents, entries); "
-                f"got {list(array.shape)} of {array.dtype}"
-            )
-        if not np.isfinite(array).all():
-            w, k, entry = np.argwhere(~np.isfinite(array))[0]
-            raise ValueError(
-                f"actions must be finite; world {w}, {self.possible_agents[k]}, entry {entry} is {array[w, k, entry]}"
-            )
-        return array
 
     def _indices(self, name: str, values: Any) -> np.ndarray:
         array = np.asarray(values)
