@@ -17,7 +17,7 @@ from paths import ROOT
 
 # A room (a file or folder of trust_env/) imports from its own row and those above it.
 ORDER = """
-    errors spec compiled files theory exclusive user_code
+    errors spec compiled files theory exclusive user_code staging
     scenario
     world
     spaces

@@ -18,8 +18,8 @@ from trust_env.batch import Batch, Face, checked_seed
 from trust_env.errors import unknown_name
 from trust_env.exclusive import THREAD
 from trust_env.snapshot import check_snapshot
-from trust_env.spaces.staging import StagedActions
 from trust_env.spaces.state import StateTable
+from trust_env.staging import StagedActions
 from trust_env.world.fields import FRAME_METRICS
 
 INFO_KEYS = tuple(FRAME_METRICS)[:5]

@@ -11,7 +11,7 @@ from gymnasium.spaces import Box
 
 from trust_env.batch import Batch, Face, checked_seed
 from trust_env.exclusive import THREAD
-from trust_env.spaces.staging import checked_actions
+from trust_env.staging import checked_actions
 from trust_env.world.fields import FRAME_METRICS
 
 __all__ = ["VectorEnv", "vector_env"]
