@@ -15,6 +15,7 @@ from trust_env.compiled.layout import ACTIONS, ROW, SCRATCH, aligned_zeros
 from trust_env.compiled.threads import WorkerThreads, threads_available, threads_for
 from trust_env.defenses import BuiltIn, Defense, Evidence, Shape, build_defense
 from trust_env.defenses.verdict import apply_verdict
+from trust_env.errors import positive_int
 from trust_env.exclusive import ExclusiveUse
 from trust_env.parameters import Parameters
 from trust_env.scenario import Scenario, load_scenario
@@ -84,9 +85,9 @@ class Batch:
     ):
         self.scenario: Scenario = load_scenario(scenario)
         self.defense: BuiltIn | Defense = build_defense(defense)
-        self.horizon = self.scenario.horizon if horizon is None else _positive("max_cycles", horizon)
-        self.num_worlds = _positive("num_worlds", num_worlds)
-        self.threads = _positive("threads", threads or threads_available())
+        self.horizon = self.scenario.horizon if horizon is None else positive_int("max_cycles", horizon)
+        self.num_worlds = positive_int("num_worlds", num_worlds)
+        self.threads = positive_int("threads", threads or threads_available())
         self.use = ExclusiveUse()
         self._allocate()
 
@@ -220,9 +221,3 @@ class Face:
     def action_table(self) -> ActionTable:
         """Where injections and suppressions stand in an action."""
         return self.worlds.parameters.actions
-
-
-def _positive(name: str, value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
-        raise ValueError(f"{name} must be a whole number of at least 1; got {value!r}")
-    return int(value)

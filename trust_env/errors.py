@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from numbers import Integral
+from typing import Any
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
@@ -23,3 +25,10 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> ValueError:
     """The error to raise for a name that a registry lacks; `kind` says which registry, such as "defense"."""
     names = sorted(known)
     return ValueError(f"unknown {kind} {name!r}; {suggestion(name, names)}known: {', '.join(names) or 'none'}")
+
+
+def positive_int(name: str, value: Any) -> int:
+    """The value as an int; ValueError if it is not a whole number of at least 1."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < 1:
+        raise ValueError(f"{name} must be a whole number of at least 1; got {value!r}")
+    return int(value)

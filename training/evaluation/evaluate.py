@@ -17,13 +17,14 @@ import numpy as np
 from trust_env.agents import build_policy, sufficient_knowledge
 from trust_env.batch import checked_seed
 from trust_env.defenses import BuiltIn, build_defense
+from trust_env.errors import positive_int
 from trust_env.files import expanded, locked
 from trust_env.metrics import METRICS
 from trust_env.parallel import TrustEnv
 from trust_env.scenario import Scenario, load_scenario
 from trust_env.training.console import Advance, progress_bar
 from trust_env.training.evaluation.configuration import NamedSpec, configuration, named_specs
-from trust_env.training.evaluation.play import play_worlds, positive_int
+from trust_env.training.evaluation.play import play_worlds
 from trust_env.training.evaluation.results import Cell, Results
 from trust_env.training.evaluation.run_folder import RunFolder
 from trust_env.vector import VectorEnv

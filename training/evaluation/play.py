@@ -32,10 +32,3 @@ def play_worlds(
         metrics.update(info)
         advance(1)
     return metrics.result()
-
-
-def positive_int(name: str, value: Any) -> int:
-    """The value as an int; ValueError if it is not a whole number of at least 1."""
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
-        raise ValueError(f"{name} must be a whole number of at least 1; got {value!r}")
-    return int(value)

@@ -15,9 +15,9 @@ import numpy as np
 from rich.console import Console
 from rich.text import Text
 
+from trust_env.errors import positive_int
 from trust_env.files import expanded
 from trust_env.training.console import print_table, progress_bar
-from trust_env.training.evaluation.play import positive_int
 from trust_env.training.paper import tables
 from trust_env.training.paper.panels import VARIANTS, estimator_deviation, simulated_panels
 from trust_env.training.paper.published import Panel, PanelKey, panel_keys, published_panels

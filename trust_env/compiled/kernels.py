@@ -20,7 +20,7 @@ from numba.core.targetconfig import TargetConfig
 from numba.core.types import unliteral
 from numba.cpython import slicing
 
-from trust_env.compiled.mode import _CONFIG, INTERPRETED, OPTIONS, PLAIN
+from trust_env.compiled.mode import CONFIG, INTERPRETED, OPTIONS, PLAIN
 
 
 def kernel(function: Callable[..., Any], inline: bool = False) -> Any:
@@ -144,13 +144,13 @@ def compiling_entry() -> Iterator[None]:
     config: Any = TargetConfig
     context: Any = cpu_target.target_context
     codegen = context.codegen()
-    outer = _CONFIG.LOOP_VECTORIZE, config.__eq__, config.__hash__, codegen._library_class
+    outer = CONFIG.LOOP_VECTORIZE, config.__eq__, config.__hash__, codegen._library_class
     equal, hashed = outer[1], {kind: hash(kind()) for kind in config.__subclasses__()}
 
     def equals(self: Any, other: Any) -> Any:
         return (type(self) is type(other) and self._values == other._values) or equal(self, other)
 
-    _CONFIG.LOOP_VECTORIZE, config.__eq__, config.__hash__ = 0, equals, lambda self: hashed[type(self)]
+    CONFIG.LOOP_VECTORIZE, config.__eq__, config.__hash__ = 0, equals, lambda self: hashed[type(self)]
     codegen._library_class, collecting = _EntryLibrary, gc.isenabled()
     gc.disable()  # a compiler makes few cycles and very many objects
     try:
@@ -158,4 +158,4 @@ def compiling_entry() -> Iterator[None]:
     finally:
         if collecting:
             gc.enable()
-        _CONFIG.LOOP_VECTORIZE, config.__eq__, config.__hash__, codegen._library_class = outer
+        CONFIG.LOOP_VECTORIZE, config.__eq__, config.__hash__, codegen._library_class = outer

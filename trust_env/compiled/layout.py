@@ -10,6 +10,7 @@ import numpy as np
 BUFFERS = ("row", "parameters", "scratch", "actions")
 ROW, PARAMETERS, SCRATCH, ACTIONS = range(4)
 _CACHE_LINE = 64  # bytes
+_OWN_AXES = {"J": "L"}  # the axis that an agent's own tracker has in place of the central one's
 MOST_SLOTS = 512  # of a line of a layout's table
 
 
@@ -87,29 +88,29 @@ class Layout:
     """Offsets of all fields of some groups for given lengths of the axes.
 
     `table[2, slots]`: the offset of every field and the length of every axis, as kernels read them; in the second
-    line, of the agents' own trackers, where the first of them has a field. own_tracks: the axis of their tracks,
-    where the central tracker has J.
+    line, of the agents' own trackers, where the first of them has a field.
     """
 
-    def __init__(self, lengths: Mapping[str, int], groups: Iterable[str], own_tracks: str = "L"):
+    def __init__(self, lengths: Mapping[str, int], groups: Iterable[str]):
         self._lengths, self.sizes = dict(lengths), [0] * len(BUFFERS)
         self.table = np.full((2, MOST_SLOTS), -1, dtype=np.int64)
         for letter, slot in LETTERS.items():
-            self.table[:, slot] = lengths.get(letter, -1), lengths.get(own_tracks if letter == "J" else letter, -1)
+            self.table[:, slot] = lengths.get(letter, -1), lengths.get(_OWN_AXES.get(letter, letter), -1)
         self.fields = {field.name: field for group in groups for field in GROUPS[group].values()}
         own = [field for field in self.fields.values() if field.line]
-        tracker_bytes = self._place(own, 0)
+        tracker_bytes = self._place(own)
         self.table[1, TRACKER_BYTES] = tracker_bytes
         for buffer in range(len(BUFFERS)):
             fields = [field for field in self.fields.values() if field.buffer == buffer and not field.line]
-            self.sizes[buffer] = self._place(fields, 0)
+            self.sizes[buffer] = self._place(fields)
         # The agents' own trackers, one whole tracker after the other, come last in the row.
         for field in own:
             self.table[1, field.slot] += self.sizes[ROW]
         self.sizes[ROW] += tracker_bytes * (lengths["K"] if own else 0)
 
-    def _place(self, fields: Iterable[Field], end: int) -> int:
+    def _place(self, fields: Iterable[Field]) -> int:
         """Give each field its offset, one after the other; returns where they end, in whole cache lines."""
+        end = 0
         for field in fields:
             size = int(np.prod(self._shape(field)[field.line :], dtype=np.int64)) * field.dtype.itemsize
             offset = _round_up(end, _CACHE_LINE if size >= _CACHE_LINE else 8)

@@ -8,9 +8,9 @@ from typing import Any
 import numba
 from numba.core import config
 
-_CONFIG: Any = config
-INTERPRETED = bool(_CONFIG.DISABLE_JIT)  # NUMBA_DISABLE_JIT=1: as plain Python
-CHECKED = bool(_CONFIG.BOUNDSCHECK) and not INTERPRETED  # NUMBA_BOUNDSCHECK=1: every index is checked
+CONFIG: Any = config
+INTERPRETED = bool(CONFIG.DISABLE_JIT)  # NUMBA_DISABLE_JIT=1: as plain Python
+CHECKED = bool(CONFIG.BOUNDSCHECK) and not INTERPRETED  # NUMBA_BOUNDSCHECK=1: every index is checked
 
 # The versions of Numba whose private parts `kernels` and `entry` know. On others kernels are compiled by plain
 # `numba.njit`, at every start and more slowly, and give the same numbers.
