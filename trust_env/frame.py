@@ -28,6 +28,7 @@ from trust_env.world.picture import draw_picture, publish, remove_distrusted
 from trust_env.world.reward import compute_rewards
 from trust_env.world.scoring import score_picture
 from trust_env.world.sensing import sense
+from trust_env.world.siap import measure_siap
 from trust_env.world.targets import move_targets, place_targets
 from trust_env.world.tracking.track_store import clear_store
 from trust_env.world.tracking.tracker import track_centrally, track_locally
@@ -50,7 +51,7 @@ def start_episode(world):
     clear_store(world, CENTRAL)
     for k in range(world.agents.role.shape[0]):
         clear_store(world, k)
-        world.reports.count[k] = 0
+        world.reports.count[k], world.agents.first_edit[k] = 0, 0
         world.verdict.agent_weight[k] = 1.0
         world.rewards.reward[k], world.rewards.last_agent_trust[k] = 0.0, np.nan
     overflow, world.clock.frame = world.overflow, 0
@@ -73,6 +74,7 @@ JUDGE = Stage("judge")
 WEIGH = Stage(weigh_agents)
 PUBLISH = Stage(publish)
 SCORE = Stage(score_picture)
+SIAP = Stage(measure_siap)
 REWARD = Stage(compute_rewards)
 REMOVE = Stage(remove_distrusted)
 MOVE = Stage(move_targets)
@@ -85,7 +87,7 @@ FRAME = (
     EDIT,                                                           # 1: actions edit the raw detections
     LOCATE, TRACK_LOCALLY, TRACK_CENTRALLY, GATHER_EVIDENCE,        # 2: the trackers take the reports
     CLEAR_VERDICT, JUDGE, WEIGH, PUBLISH,                           # 3: the defense judges, and the picture
-    SCORE, REWARD, REMOVE,                                          # 4: the picture against the truth
+    SCORE, SIAP, REWARD, REMOVE,                                    # 4: the picture against the truth
     MOVE, SENSE, OBSERVE,                                           # 5: targets move, agents sense again
 )  # fmt: skip
 
@@ -104,7 +106,7 @@ TRACK_AS_REPORTED = stages(LOCATE, TRACK_LOCALLY, TRACK_CENTRALLY, GATHER_EVIDEN
 JUDGE_BUILT_IN = stages(CLEAR_VERDICT, JUDGE, WEIGH)
 JUDGE_NOTHING = stages(CLEAR_VERDICT)
 CONCLUDE = stages(PUBLISH, REMOVE)
-NEXT_FRAME = stages(SCORE, REWARD, MOVE, SENSE, OBSERVE)
+NEXT_FRAME = stages(SCORE, SIAP, REWARD, MOVE, SENSE, OBSERVE)
 
 
 def declare_defenses() -> None:
