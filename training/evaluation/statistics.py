@@ -132,7 +132,8 @@ def placed_between(values: np.ndarray, low: np.ndarray, high: np.ndarray, seed: 
     if not rows.size or rows[2].mean() <= rows[1].mean():
         return None
     places = _places(np.concatenate([rows[:, p].mean(-1) for p in _resampled_episodes(*rows.shape, seed)], axis=1))
-    return Bounds(float(_places(rows.mean(axis=1))), *map(float, np.percentile(places, _TAILS)))
+    edges = np.percentile(places, _TAILS).tolist()
+    return Bounds(float(_places(rows.mean(axis=1))), edges[0], edges[1])
 
 
 def simultaneous(rows: Iterable[np.ndarray], statistic: Statistic = "mean", seed: int = 0) -> list[Bounds]:
@@ -157,7 +158,7 @@ def simultaneous(rows: Iterable[np.ndarray], statistic: Statistic = "mean", seed
     distance = np.abs(resampled - value[:, None])
     scaled = np.divide(distance, spread[:, None], out=np.zeros_like(distance), where=spread[:, None] > 0.0)
     reach = np.quantile(scaled.max(axis=0), CONFIDENCE) * spread
-    return [Bounds(*map(float, each)) for each in zip(value, value - reach, value + reach)]
+    return [Bounds(*each) for each in zip(value.tolist(), (value - reach).tolist(), (value + reach).tolist())]
 
 
 def _resampled_episodes(n_rows: int, n: int, seed: int) -> Iterator[np.ndarray]:
