@@ -70,7 +70,7 @@ def with_defaults(
     fields: Mapping[Any, Any],
     at: Iterable[Location],
     defaults: Mapping[Any, Any],
-    entry_defaults: Mapping[str, Mapping[str, Any]] = types.MappingProxyType({}),
+    entry_defaults: Mapping[Any, Mapping[str, Any]] = types.MappingProxyType({}),
 ) -> dict[str, Any]:
     """The fields, those at some locations as the defaults have them; what these do not have is left out.
 
