@@ -216,6 +216,12 @@ class _FakeWorlds:
             publish=np.ones((2, 3), bool),
             agent_trust=np.full((2, 3), NAN),
             first_edit=np.zeros((2, 3), int),
+            published=np.zeros((2, 3), bool),
+            track_target=np.full((2, 3), -1),
+            track_injected=np.zeros((2, 3), bool),
+            track_watchers=np.zeros((2, 3, 2), int),
+            scored_watchers=np.zeros((2, 1, 2), int),
+            scored_missing=np.zeros((2, 1), bool),
         )
         self.now = {}
 

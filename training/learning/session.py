@@ -130,7 +130,7 @@ class Session:
         policies = {config.role: Learned(str(self.folder.path)), **config.others}
         episodes, seed = config.evaluation.episodes, config.evaluation.seed
         venv = VectorEnv(self.scenario, config.defense, episodes, threads=config.threads, autoreset=False)
-        found = play_worlds(venv, policies, np.arange(episodes), seed, venv.max_cycles)
+        found = play_worlds(venv, policies, np.arange(episodes), seed, venv.max_cycles).result()
         venv.close()
         record = self.logs.evaluation.record
         record("time/steps", self.steps, exclude="tensorboard")
