@@ -55,7 +55,8 @@ def start_episode(world):
         world.verdict.agent_weight[k] = 1.0
         world.rewards.reward[k], world.rewards.last_agent_trust[k] = 0.0, np.nan
     overflow, world.clock.frame = world.overflow, 0
-    overflow.detections, overflow.injections, overflow.evicted_tracks, overflow.dropped_births = 0, 0, 0, 0
+    overflow.detections, overflow.injections, overflow.unfused_tracks = 0, 0, 0
+    overflow.evicted_tracks, overflow.dropped_births = 0, 0
     clear_verdict(world)
     draw_picture(world)
     if world.parameters.keep_coverage:

@@ -101,6 +101,7 @@ _ROW: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "injections": "i8 | the same of injections",
         "evicted_tracks": "i8 | tentative tracks that gave way to a birth in a full store",
         "dropped_births": "i8 | births for which there was no room",
+        "unfused_tracks": "i8 | tracks with too few hits for the fusion rule, which kept their prediction",
     }),
     "tracks": ("track_", _tracks("J")),
     "evidence": ("", {
@@ -150,6 +151,7 @@ _PARAMETERS: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "process_noise": "f8 | m^2/s^3",
         "velocity_variance": "f8 | (m/s)^2, of a new track",
         "gate": "f8 | limit of the squared Mahalanobis distance",
+        "fusion": "i8 | its code in world.tracking.fusion", "fusion_tolerance": "i8 | l, wrong hits of a track",
         # evidence, metrics, rewards
         "near_distance": "f8 | m", "hold_distance": "f8 | m", "match_distance": "f8 | m",
         "cutoff": "f8 | m, of GOSPA and OSPA", "order": "f8 | of GOSPA and OSPA",
@@ -202,6 +204,10 @@ _SCRATCH: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "geometry": "f8 C 7 | of the listed tracks: x, y, S^-1 (xx, xy, yy), |S|, ln|S|",
         "columns": "i8 C | of the listed tracks", "inside": "b1 C | the FOV holds it",
         "gain": "f8 C | nats, of every track's score", "assignment": "i8 R | of every detection",
+    }),
+    "kept": ("kept_", {
+        "hits": "i8 U | how many, of every track; U = J where a fusion rule wants them",
+        "point": "f8 U K 2 | m", "noise": "f8 U K 2 2 | m^2, R/w", "chosen": "b1 K", "ordered": "f8 K | m",
     }),
     "scratch": ("scratch_", {
         "rank": "f8 D | m^2, squared distances of an agent's list", "listing": "i8 C",
