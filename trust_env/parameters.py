@@ -53,6 +53,7 @@ def lengths_of(scenario: Scenario, defense: BuiltIn | Defense) -> dict[str, int]
         "A": ActionTable(scenario).size,
         "F": max(1, *numbers),
         "T": 1 if recording is None else len(recording.times),
+        "B": scenario.retro_window if scenario.actuation == "retro" else 0,
         "Q": CELLS if "coverage" in needs_of(defense) else 0,
     }
     n["U"] = 0 if scenario.tracker.fusion == "sequential" else n["J"]
@@ -117,6 +118,7 @@ class Parameters:
         self.set(placement=PLACEMENTS.get(s.team.placement, 0), spread=s.team.spread)
         self.set(near_distance=evidence.near_distance or 0.0, hold_distance=evidence.hold_distance)
         self.set(match_distance=metrics.match_distance, cutoff=metrics.cutoff, order=metrics.order)
+        self.set(accuse_below=metrics.accuse_below, accuse_frames=metrics.accuse_frames)
         self.set(reward_false_track=reward.false_track, reward_missing_target=reward.missing_target)
         self.set(reward_lost_trust=reward.lost_trust)
 

@@ -141,3 +141,4 @@ class Metrics(Part):
     cutoff: Length  # m, c of GOSPA and OSPA
     order: Order  # p
     accuse_below: Probability
+    accuse_frames: Frames

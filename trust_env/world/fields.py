@@ -3,8 +3,8 @@
 A world is one row of bytes; what all worlds share is one more buffer, the parameters; what a frame scribbles on
 is a third, one per thread. Kernels read `world.agents.pose[k]`; outside, `arrays.pose[w, k]` is the same. Axes:
 K agents, N targets, D detections of an agent, J central tracks, L local tracks, A action entries, O observation
-entries, F numbers of an FOV, T recorded frames, Q cells of the coverage; R rows, C columns and P pairs of an
-assignment. A defense declares fields of its own, in a group of its name.
+entries, F numbers of an FOV, T recorded frames, Q cells of the coverage, U tracks with kept hits, B kept frames;
+R rows, C columns and P pairs of an assignment. A defense declares fields of its own, in a group of its name.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ _ROW: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "track_trust_var": "f8 J",
         "publish": "b1 J | fit for the picture",
         "keep": "b1 J | must not be deleted",
-        "agent_weight": "f8 K | 1, or as the actuation `weight` wants it in the next frame",
+        "agent_weight": "f8 K | 1, or as the actuations `weight` and `retro` want it in the next frame",
     }),
     "agents": ("", {
         "pose": "f8 K 3 | m, m, rad",
@@ -120,6 +120,11 @@ _ROW: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "injected": "b1 J | more of its hits were injections than not",
     }),
     "players": ("", {"observation": "f4 K O"}),
+    "retro": ("retro_", {
+        "frames": "i8 | of this episode", "frames_below": "i8 K | in a row with trust below metrics.accuse_below",
+        "kept_dt": "f8 B | s, of the last B frames, which only the actuation `retro` keeps", "kept_pose": "f8 B K 3 | m, m, rad",
+        "kept_count": "i8 B K", "kept_detections": "f8 B K D 2 | m, as reported", "kept_origin": "i8 B K D",
+    }),
 }  # fmt: skip
 # What only some defenses need: last in the row, so that the others' worlds stay close together.
 _ON_REQUEST = {
@@ -155,6 +160,7 @@ _PARAMETERS: Mapping[str, tuple[str, Mapping[str, str]]] = {
         # evidence, metrics, rewards
         "near_distance": "f8 | m", "hold_distance": "f8 | m", "match_distance": "f8 | m",
         "cutoff": "f8 | m, of GOSPA and OSPA", "order": "f8 | of GOSPA and OSPA",
+        "accuse_below": "f8", "accuse_frames": "i8",
         "reward_false_track": "f8", "reward_missing_target": "f8", "reward_lost_trust": "f8",
     }),
     "agents": ("", {
