@@ -122,7 +122,8 @@ _ROW: Mapping[str, tuple[str, Mapping[str, str]]] = {
     "players": ("", {"observation": "f4 K O"}),
     "retro": ("retro_", {
         "frames": "i8 | of this episode", "frames_below": "i8 K | in a row with trust below metrics.accuse_below",
-        "kept_dt": "f8 B | s, of the last B frames, which only the actuation `retro` keeps", "kept_pose": "f8 B K 3 | m, m, rad",
+        "kept_dt": "f8 B | s, of the last B frames, which only the actuation `retro` keeps",
+        "kept_pose": "f8 B K 3 | m, m, rad",
         "kept_count": "i8 B K", "kept_detections": "f8 B K D 2 | m, as reported", "kept_origin": "i8 B K D",
     }),
 }  # fmt: skip
