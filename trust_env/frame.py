@@ -30,6 +30,7 @@ from trust_env.world.retro import forget_reports, track_again
 from trust_env.world.reward import compute_rewards
 from trust_env.world.scoring import score_picture
 from trust_env.world.sensing import sense
+from trust_env.world.siap import measure_siap
 from trust_env.world.targets import move_targets, place_targets
 from trust_env.world.tracking.track_store import clear_store
 from trust_env.world.tracking.tracker import track_centrally, track_locally
@@ -52,7 +53,7 @@ def start_episode(world):
     clear_store(world, CENTRAL)
     for k in range(world.agents.role.shape[0]):
         clear_store(world, k)
-        world.reports.count[k] = 0
+        world.reports.count[k], world.agents.first_edit[k] = 0, 0
         world.verdict.agent_weight[k] = 1.0
         world.rewards.reward[k], world.rewards.last_agent_trust[k] = 0.0, np.nan
     overflow, world.clock.frame = world.overflow, 0
@@ -80,6 +81,7 @@ WEIGH = Stage(weigh_agents)
 TRACK_AGAIN = Stage(track_again)
 PUBLISH = Stage(publish)
 SCORE = Stage(score_picture)
+SIAP = Stage(measure_siap)
 REWARD = Stage(compute_rewards)
 REMOVE = Stage(remove_distrusted)
 MOVE = Stage(move_targets)
@@ -92,7 +94,7 @@ FRAME = (
     EDIT,                                                           # 1: actions edit the raw detections
     LOCATE, TRACK_LOCALLY, TRACK_CENTRALLY, GATHER_EVIDENCE,        # 2: the trackers take the reports
     CLEAR_VERDICT, JUDGE, WEIGH, TRACK_AGAIN, PUBLISH,              # 3: the defense judges, and the picture
-    SCORE, REWARD, REMOVE,                                          # 4: the picture against the truth
+    SCORE, SIAP, REWARD, REMOVE,                                    # 4: the picture against the truth
     MOVE, SENSE, OBSERVE,                                           # 5: targets move, agents sense again
 )  # fmt: skip
 
@@ -111,7 +113,7 @@ TRACK_AS_REPORTED = stages(LOCATE, TRACK_LOCALLY, TRACK_CENTRALLY, GATHER_EVIDEN
 JUDGE_BUILT_IN = stages(CLEAR_VERDICT, JUDGE, WEIGH)
 JUDGE_NOTHING = stages(CLEAR_VERDICT)
 CONCLUDE = stages(TRACK_AGAIN, PUBLISH, REMOVE)
-NEXT_FRAME = stages(SCORE, REWARD, MOVE, SENSE, OBSERVE)
+NEXT_FRAME = stages(SCORE, SIAP, REWARD, MOVE, SENSE, OBSERVE)
 
 
 def declare_defenses() -> None:
