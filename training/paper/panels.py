@@ -26,6 +26,7 @@ from trust_env.world.tracking.score import CONFIRMED
 VARIANTS = {
     "cdc2024": "preset=cdc2024",
     "paper": "preset=paper",
+    "mate": "preset=mate",
     "paper*": "preset=paper, agent_psms=least, strong_precision=100",
 }
 """Estimators by name; paper*: the two switches that make the difference between `paper` and the figures."""
