@@ -94,7 +94,7 @@ def _figure(claim: str, drawn: dict[str, Any], expected: bool) -> Verdict:
 def _six_frames() -> Verdict:
     frames = theory.frames_to_confirm(1, 3, **DRAWN_WITH)
     return _verdict(
-        "one adversary against three honest agents needs 6 frames",
+        "one adversary needs “6 frames” against three honest agents",
         ceil_frames(frames) == 6.0,
         f"T_min = {frames:.4f} at η = 3, so that frame {ceil_frames(frames):.0f} is the first",
         expected=False,
@@ -106,7 +106,7 @@ def _single_digit_frames() -> Verdict:
     found = {(a, b): theory.frames_to_confirm(a, b, **DRAWN_WITH) for a in N_ADVERSARIES for b in N_BENIGN}
     slow = {cell: frames for cell, frames in found.items() if ceil_frames(frames) >= 10.0}
     return _verdict(
-        "an FP is confirmed in a single-digit number of frames",
+        "FPs are confirmed in “single-digit frames”",
         not slow,
         "not for " + ", ".join(f"(K_a, K_b) = {cell}: {_frames(frames)}" for cell, frames in slow.items()),
         expected=False,
@@ -158,10 +158,11 @@ def _optimal(rows: Sequence[TheoremRow]) -> Verdict:
 
 def _printed_deletion() -> Verdict:
     tracked, untracked = observers_of_tracked_targets("absolute")
+    numbers = f"targets with a track have {_counts(tracked)} observers, those without {_counts(untracked)}"
     return _verdict(
         "the printed test for deletion (`absolute`) deletes at birth only what a single agent sees",
         set(untracked) == {1} and 1 not in tracked,
-        f"case 1, all honest: targets with a track have {_counts(tracked)} observers, those without {_counts(untracked)}",
+        f"case 1, all honest: {numbers}",
         section=OURS,
     )
 

@@ -1,4 +1,4 @@
-"""Simulations behind two of the paper's statements about tracks: clutter in a gate, and the printed test for deletion."""
+"""Simulations behind two statements about tracks: clutter in a gate, and the printed test for deletion."""
 
 from __future__ import annotations
 

@@ -188,8 +188,8 @@ def agent_2_distrusted(case: Case) -> Finding:
     return distrusted(trust), numbers
 
 
-def agent_2_is_easier_than_in_case_1(case: Case) -> Finding:
-    """Lower in this case than in case 1, and distrusted."""
+def agent_2_is_easier(case: Case) -> Finding:
+    """Easier to determine than in case 1: trust in it is lower here, and decided."""
     before = np.array([Case("case1", case.panels).agents(prior)[2] for prior in (False, True)])
     here = np.array([case.agents(prior)[2] for prior in (False, True)])
     numbers = f"case 1 → 2: {_format_change(before, here)} with the prior"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import NamedTuple
 
 from trust_env.training.paper import trust_checks as checks
@@ -60,41 +61,42 @@ _PSMS = (
 )
 _PRIOR = "with all PSMs of a frame the prior is soon outweighed, whatever its precision"
 _MISSES = "misses of a young or a far track hardly count, so that FPs begin as trusted, and their agents with them"
-_ALL_PSMS = {"paper": _PSMS, "mate": _MISSES}
-_OUTWEIGHED = {"paper": _PRIOR, "mate": _MISSES}
-_ONLY_MATE = {"mate": _MISSES}
 _CLOSE = "it moves that way, but stays within 0.1 of 0.5, which counts as undecided"
-_LITTLE = "lower by less than 0.02, which counts as no difference"
-_SLOW = "trust returns to its prior over 10 s, so that the curves are still moving when an episode ends after 2 s"
 
+# By which sources.
+_BY_MATE, _BY_PAPER = {"mate": _MISSES}, {"paper": _PSMS}
+_BY_BOTH, _OUTWEIGHED = {**_BY_PAPER, **_BY_MATE}, {"paper": _PRIOR, **_BY_MATE}
+_TOO_CLOSE, _ALSO_PAPER = {"published": _CLOSE, **_BY_MATE}, {"paper": _CLOSE}
+_LITTLE = {"published": "lower by less than 0.02, which counts as no difference"}
 
+_one, _two = partial(Claim, "V-B", "case1"), partial(Claim, "V-B", "case2")
 CLAIMS = (
-    Claim("IV-A", "case1", "trust converges rapidly", checks.converges, {"mate": _SLOW}),
-    Claim("IV-A", "case2", "trust converges rapidly", checks.converges, {"mate": _SLOW}),
-    Claim("V-B", "case1", "targets that two agents see become trusted", checks.targets_are_trusted),
-    Claim("V-B", "case1", "the FP that two agents contradict becomes distrusted", checks.outvoted_distrusted, _ONLY_MATE),
-    Claim("V-B", "case1", "a track that one agent sees keeps its prior", checks.keeps_prior),
-    Claim("V-B", "case1", "without a prior the even split stays undecided", checks.split_stays_undecided, _ONLY_MATE),
-    Claim("V-B", "case1", "without a prior agents 0 and 1 are hard to determine", checks.agents_0_and_1_undecided, {"paper": _PSMS}),
-    Claim("V-B", "case1", "without a prior agent 2 ends lowest", checks.agent_2_is_lowest, _ALL_PSMS),
-    Claim("V-B", "case1", "agent 2 tends towards distrusted", checks.agent_2_distrusted, _ALL_PSMS),
-    Claim("V-B", "case1", "the prior on agent 1 accelerates the distrust of FPs", checks.prior_accelerates, _ONLY_MATE),
-    Claim("V-B", "case1", "the prior on agent 1 decides the even split", checks.prior_decides_split, _OUTWEIGHED),
-    Claim("V-B", "case1", "with the prior agent 0 falls", checks.falls_with_prior(0), _OUTWEIGHED),
-    Claim("V-B", "case1", "with the prior agent 0 must be untrustworthy", checks.distrusted_with_prior(0), {"published": _CLOSE, **_OUTWEIGHED}),
-    Claim("V-B", "case1", "with the prior agent 2 falls further", checks.falls_with_prior(2), _OUTWEIGHED),
-    Claim("V-B", "case1", "agent 1 stays trusted", checks.trusted_agent_stays_so, _ONLY_MATE),
-    Claim("V-B", "case2", "targets that two or three agents see become trusted", checks.targets_are_trusted),
-    Claim("V-B", "case2", "the FP that two agents contradict becomes distrusted", checks.outvoted_distrusted, _ONLY_MATE),
-    Claim("V-B", "case2", "both FP tracks tend towards distrusted", checks.false_positives_distrusted, {"published": _CLOSE, "paper": _CLOSE, "mate": _MISSES}),
-    Claim("V-B", "case2", "a track that one agent sees keeps its prior", checks.keeps_prior),
-    Claim("V-B", "case2", "agents 0 and 1 tend towards trusted", checks.benign_tend_to_trusted, {"published": _CLOSE, "mate": _MISSES}),
-    Claim("V-B", "case2", "without a prior, trust falls from agent 0 over 1 to 2", checks.agents_are_ordered, _ONLY_MATE),
-    Claim("V-B", "case2", "agent 2 tends towards distrusted", checks.agent_2_distrusted, _ALL_PSMS),
-    Claim("V-B", "case2", "agent 2 is easier to determine than in case 1", checks.agent_2_is_easier_than_in_case_1, {"published": _LITTLE, **_ALL_PSMS}),
-    Claim("V-B", "case2", "the prior on agent 1 accelerates the distrust of FPs", checks.prior_accelerates, _ONLY_MATE),
-    Claim("V-B", "case2", "the prior on agent 1 decides the even split", checks.prior_decides_split, _OUTWEIGHED),
-    Claim("V-B", "case2", "trusted agents become more trusted with the prior", checks.benign_rise_with_prior, _OUTWEIGHED),
-    Claim("V-B", "case2", "with the prior agent 2 falls further", checks.falls_with_prior(2), _OUTWEIGHED),
-    Claim("V-B", "case2", "agent 1 stays trusted", checks.trusted_agent_stays_so, _ONLY_MATE),
+    Claim("IV-A", "case1", "trust converges rapidly", checks.converges, _BY_MATE),
+    Claim("IV-A", "case2", "trust converges rapidly", checks.converges, _BY_MATE),
+    _one("targets that two agents see become trusted", checks.targets_are_trusted),
+    _one("the FP that two agents contradict becomes distrusted", checks.outvoted_distrusted, _BY_MATE),
+    _one("a track that one agent sees keeps its prior", checks.keeps_prior),
+    _one("without a prior the even split stays undecided", checks.split_stays_undecided, _BY_MATE),
+    _one("without a prior agents 0 and 1 are hard to determine", checks.agents_0_and_1_undecided, _BY_PAPER),
+    _one("without a prior agent 2 ends lowest", checks.agent_2_is_lowest, _BY_BOTH),
+    _one("agent 2 tends towards distrusted", checks.agent_2_distrusted, _BY_BOTH),
+    _one("the prior on agent 1 accelerates the distrust of FPs", checks.prior_accelerates, _BY_MATE),
+    _one("the prior on agent 1 decides the even split", checks.prior_decides_split, _OUTWEIGHED),
+    _one("with the prior agent 0 falls", checks.falls_with_prior(0), _OUTWEIGHED),
+    _one("with the prior agent 0 must be untrustworthy", checks.distrusted_with_prior(0), _TOO_CLOSE | _OUTWEIGHED),
+    _one("with the prior agent 2 falls further", checks.falls_with_prior(2), _OUTWEIGHED),
+    _one("agent 1 stays trusted", checks.trusted_agent_stays_so, _BY_MATE),
+    _two("targets that two or three agents see become trusted", checks.targets_are_trusted),
+    _two("the FP that two agents contradict becomes distrusted", checks.outvoted_distrusted, _BY_MATE),
+    _two("both FP tracks tend towards distrusted", checks.false_positives_distrusted, _TOO_CLOSE | _ALSO_PAPER),
+    _two("a track that one agent sees keeps its prior", checks.keeps_prior),
+    _two("agents 0 and 1 tend towards trusted", checks.benign_tend_to_trusted, _TOO_CLOSE),
+    _two("without a prior trust falls from agent 0 over 1 to 2", checks.agents_are_ordered, _BY_MATE),
+    _two("agent 2 tends towards distrusted", checks.agent_2_distrusted, _BY_BOTH),
+    _two("agent 2 is easier to determine than in case 1", checks.agent_2_is_easier, _BY_BOTH | _LITTLE),
+    _two("the prior on agent 1 accelerates the distrust of FPs", checks.prior_accelerates, _BY_MATE),
+    _two("the prior on agent 1 decides the even split", checks.prior_decides_split, _OUTWEIGHED),
+    _two("trusted agents become more trusted with the prior", checks.benign_rise_with_prior, _OUTWEIGHED),
+    _two("with the prior agent 2 falls further", checks.falls_with_prior(2), _OUTWEIGHED),
+    _two("agent 1 stays trusted", checks.trusted_agent_stays_so, _BY_MATE),
 )  # fmt: skip

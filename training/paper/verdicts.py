@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
-
 OURS = "ours"  # in place of a section: what this project adds
 
 
