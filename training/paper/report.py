@@ -113,7 +113,7 @@ class Report:
     def _agreement(self) -> str:
         return (
             f"`cdc2024` differs from the published numbers by at most {self.deviation:.4f} in our environment (means "
-            f"of {self.seeds} worlds), and in α and β by {self.estimator['cdc2024']:.1e} on the authors' own evidence"
+            f"of {self.seeds} worlds), and in α and β by {self.estimator['cdc2024']:.0e} on the authors' own evidence"
         )
 
     def _text_tables(self) -> list[tuple[str, tuple[str, ...] | list[str], tables.Rows]]:

@@ -17,10 +17,11 @@ from trust_env.training.paper.verdicts import Verdict
 Panels = Mapping[str, Mapping[PanelKey, Panel]]  # by source
 Rows = list[list[str]]
 SHOWN = ("published", "cdc2024", "paper", "mate")
-HOLDS, FAILS, _UNEXPECTED = "holds", "does not hold", " (unexpected)"
+HOLDS, FAILS, YES, NO, _UNEXPECTED = "holds", "does not hold", "yes", "no", " (unexpected)"
+_STYLES = {HOLDS: "green", YES: "green", FAILS: "yellow", NO: "yellow"}
 CHOICES_HEADER = ("choice", "the text", "`paper`", "`cdc2024`", "set by")
 THEORY_HEADER = ("section", "claim", "verdict", "numbers")
-CLAIMS_HEADER = ("section", "case", "claim", *SHOWN)
+CLAIMS_HEADER = ("section", "case", "does it hold that", *SHOWN)
 FAILURES_HEADER = ("case", "claim", "for", "verdict", "numbers")
 
 
@@ -95,11 +96,11 @@ def suppression_table(panels: Panels, sources: Sequence[str]) -> tuple[list[str]
 
 
 def claim_rows(verdicts: Sequence[Verdict]) -> Rows:
-    """A row per claim about trust, with a verdict per source, and in the last row how many hold."""
+    """A row per claim about trust, by source whether it holds, and in the last row how many do."""
     found: dict[tuple[str, str, str], dict[str, str]] = {}
     for v in verdicts:
         if v.case:
-            found.setdefault((v.section, v.case, v.claim), {})[v.source] = _verdict(v)
+            found.setdefault((v.section, v.case, v.claim), {})[v.source] = _verdict(v, YES, NO)
     counts = [claims_of(source, verdicts) for source in SHOWN]
     totals = ["", "", "claims that hold", *(f"{holding} of {all_}" for holding, all_ in counts)]
     return [[*claim, *(by_source[source] for source in SHOWN)] for claim, by_source in found.items()] + [totals]
@@ -122,8 +123,8 @@ def choice_rows() -> Rows:
     return [list(choice) for choice in CHOICES]
 
 
-def _verdict(verdict: Verdict) -> str:
-    return (HOLDS if verdict.holds else FAILS) + ("" if verdict.as_expected else _UNEXPECTED)
+def _verdict(verdict: Verdict, holds: str = HOLDS, fails: str = FAILS) -> str:
+    return (holds if verdict.holds else fails) + ("" if verdict.as_expected else _UNEXPECTED)
 
 
 def _numbers(verdict: Verdict) -> str:
@@ -139,14 +140,14 @@ def text_table(title: str, header: Sequence[str], rows: Rows) -> Table:
 
 
 def _cell(text: str) -> Text:
-    style = "bold red" if text.endswith(_UNEXPECTED) else {HOLDS: "green", FAILS: "yellow"}.get(text, "")
+    style = "bold red" if text.endswith(_UNEXPECTED) else _STYLES.get(text, "")
     return Text(text, style=style)
 
 
 def markdown(header: Sequence[str], rows: Rows) -> str:
     """Rows as a table in Markdown; what does not hold in bold."""
     lines = [list(header), ["---"] * len(header), *rows]
-    return "\n".join("| " + " | ".join(f"**{c}**" if c == FAILS else c for c in line) + " |" for line in lines)
+    return "\n".join("| " + " | ".join(f"**{c}**" if c in (FAILS, NO) else c for c in line) + " |" for line in lines)
 
 
 def _mark(good: bool, yes: str, no: str) -> Text:

@@ -4,22 +4,30 @@ import errno
 import io
 import json
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from paths import REFERENCE
+from paths import REFERENCE, ROOT
 from rich.console import Console
 
 from trust_env.training.paper import figures, published, trust_checks, trust_claims
-from trust_env.training.paper.panels import estimator_deviation, replayed_beliefs, simulated_panel
-from trust_env.training.paper.published import objects, panel_keys, published_panels
+from trust_env.training.paper.panels import (
+    VARIANTS,
+    estimator_deviation,
+    replayed_beliefs,
+    simulated_panel,
+    simulated_panels,
+)
+from trust_env.training.paper.published import objects, panel_keys, published_panels, suppressed_keys
 from trust_env.training.paper.report import Report
 from trust_env.training.paper.reproduce import reproduce
 from trust_env.training.paper.theorem import TheoremRow, theorem_row
 from trust_env.training.paper.theory_claims import theory_verdicts
 from trust_env.training.paper.track_life import observers_of_tracked_targets
 
+README = (ROOT / "README.md").read_text(encoding="utf-8")
 FAILS_IN_THE_FIGURES = {
     ("case1", "with the prior agent 0 must be untrustworthy"),  # 0.43
     ("case2", "both FP tracks tend towards distrusted"),  # 0.42, without the prior
@@ -283,6 +291,24 @@ def test_presets_differ_in_whom_they_find_among_suppressors(report):
     assert last["cdc2024"] < 0.4 and last["mate"] < 0.4 and last["paper"] > 0.55
     case1 = {preset: panels["case1_fn", False].agents[:, -1] for preset, panels in report.suppressed.items()}
     assert case1["paper"].argmin() == 0 and case1["mate"].argmax() == 1
+
+
+# --- the README -----------------------------------------------------------------------------------------
+
+
+def table_lines(text: str) -> list[str]:
+    return [line for line in text.splitlines() if line.startswith("|")]
+
+
+def test_readme_has_the_tables_that_reproduce_writes(report):
+    """Those of 64 worlds, as `reproduce` takes by default; what is said of the track score does not depend on them."""
+    panels = {"published": published_panels()} | {v: simulated_panels(v, 64, panel_keys()) for v in VARIANTS}
+    suppressed = {v: simulated_panels(v, 64, suppressed_keys()) for v in VARIANTS}
+    verdicts = [*theory_verdicts(report.theorem), *trust_claims.trust_verdicts(panels)]
+    default = replace(report, seeds=64, panels=panels, suppressed=suppressed, verdicts=verdicts)
+    (section,) = re.findall(r"^## The paper, reproduced$(.*?)^## ", README, flags=re.MULTILINE | re.DOTALL)
+    assert table_lines(section) == table_lines(default.markdown())
+    assert f"within {default.deviation:.4f} of the published numbers" in section
 
 
 # --- the report -----------------------------------------------------------------------------------------
