@@ -72,8 +72,8 @@ class Suppress(Policy):
         """Which detections bool[W, n, D] lie where a target is that the scenario lists for the agent."""
         moved = (self.dt * self.frame)[:, None, None, None] * self._velocity
         offset = points[:, :, :, None] - (self._origin + moved)[:, :, None]  # [W, n, D, S, 2]
-        near = np.hypot(offset[..., 0], offset[..., 1]) < self.context.scenario.metrics.match_distance
-        return near.any(axis=-1)
+        distance = np.hypot(offset[..., 0], offset[..., 1])
+        return np.any(distance < self.context.scenario.metrics.match_distance, axis=-1)
 
     def _nearest(self, others: np.ndarray) -> np.ndarray:
         """The nearest (the first) of the others: as many as the fraction still lacks."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -48,7 +48,7 @@ def _verdict(claim: Claim, source: str, panels: Mapping[PanelKey, Panel]) -> Ver
     return Verdict(claim.section, claim.case, claim.text, source, bool(holds), not note, numbers, note)
 
 
-def claims_of(source: str, verdicts: list[Verdict]) -> tuple[int, int]:
+def claims_of(source: str, verdicts: Sequence[Verdict]) -> tuple[int, int]:
     """How many of the paper's claims about trust a source bears out, and how many there are."""
     found = [verdict.holds for verdict in verdicts if verdict.source == source]
     return sum(found), len(found)

@@ -345,11 +345,32 @@ def test_seeds_must_be_a_whole_number_of_at_least_1(seeds):
 
 
 @pytest.mark.extra("plot")
+def test_figures_show_the_papers_numbers(report):
+    """The surface's values, the densities' means, and every object of a case at its place."""
+    from trust_env.training.paper.beta_figure import beta_figure
+    from trust_env.training.paper.layout_figure import layout_figure
+    from trust_env.training.paper.surface_figure import surface_figure, t_min_surface
+
+    surface = t_min_surface(eta=3, alpha=1e-4)
+    assert surface[0, [1, 3]] == pytest.approx([3.07, 6.00], abs=0.005) and np.isinf(surface[0, 5:]).all()
+    assert len(surface_figure(report.theorem).axes) == 2
+    lines = layout_figure().axes[0].get_lines()
+    drawn = {tuple(map(float, np.ravel(line.get_xydata()))) for line in lines}
+    assert {obj.position for obj in objects("case1")} <= drawn
+    figure = beta_figure(report.panels["published"], report.panels["cdc2024"], "cdc2024")
+    agents = figure.axes[4].get_lines()  # below the tracks of the first panel: ours and theirs, agent by agent
+    x, y = agents[5].get_data()
+    assert np.sum(x * y) / np.sum(y) == pytest.approx(0.362, abs=0.002)  # agent 2, published
+    assert "cdc2024" in figure.get_suptitle()
+
+
+@pytest.mark.extra("plot")
 def test_figures_are_written(report, tmp_path):
     from trust_env.training.paper.figures import write_figures
 
     paths = write_figures(tmp_path / "new" / "folder", report.theorem, report.panels)
-    assert sorted(path.name for path in paths) == ["theorem_1.png", "trust_cdc2024.png", "trust_paper.png"]
+    by_preset = [f"{kind}_{preset}.png" for preset in ("cdc2024", "paper", "mate") for kind in ("trust", "beta")]
+    assert [path.name for path in paths] == ["theorem_1.png", "theorem_1_surface.png", "layout.png", *by_preset]
     assert all(path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n" and path.stat().st_size > 20_000 for path in paths)
 
 
@@ -375,5 +396,5 @@ def test_a_figure_that_cannot_be_written_is_named_and_leaves_the_old_one(tmp_pat
     monkeypatch.setattr(figures, "panel_figure", lambda *panels: Figure())
     (tmp_path / "theorem_1.png").write_bytes(b"old")
     with pytest.raises(OSError, match=r"No space left on device: '.*theorem_1\.png'"):
-        figures.write_figures(tmp_path, [], {"published": {}, "cdc2024": {}, "paper": {}})
+        figures.write_figures(tmp_path, [], dict.fromkeys(("published", *figures.PRESETS), {}))
     assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("theorem_1.png", b"old")]
