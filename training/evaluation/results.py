@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from trust_env.defenses import named_in_full
 from trust_env.errors import unknown_name
 from trust_env.metrics import METRICS
 from trust_env.training.evaluation.statistics import Bounds, Interval, paired_difference, paired_mean_difference
@@ -61,9 +62,10 @@ class Results:
     notes: tuple[str, ...] = field(default=())
 
     def __getitem__(self, key: Key) -> Cell:
-        """The cell of an attack and a defense, by their names."""
+        """The cell of an attack and a defense, by their names; of the default preset also as plain `trust`."""
+        attack, defense = key
         for cell in self.cells:
-            if cell.key == tuple(key):
+            if cell.key in ((attack, defense), (attack, _in_full(defense))):
                 return cell
         raise unknown_name("cell", " x ".join(key), (" x ".join(cell.key) for cell in self.cells))
 
@@ -118,6 +120,14 @@ class Results:
             values = np.concatenate([np.empty(0), *(cell.metrics[name] for cell in cells)])
             columns[name] = pa.array(values, from_pandas=True)  # NaN becomes null
         return pa.table(columns)
+
+
+def _in_full(defense: str) -> str:
+    """A defense's name with its preset; that of an object as it is."""
+    try:
+        return named_in_full(defense)
+    except ValueError:
+        return defense
 
 
 def cells_of(table: pa.Table) -> list[Cell]:

@@ -10,6 +10,7 @@ from trust_env.scenario.agents import Agent, AgentEntry, Belief, Budget, Role, S
 from trust_env.scenario.fov import Fov
 from trust_env.scenario.parts import (
     CaseInjection,
+    CaseSuppression,
     EvidenceRules,
     InjectionRules,
     Metrics,
@@ -42,6 +43,7 @@ class ScenarioFields(Part):
     injection: InjectionRules
     suppression: SuppressionRules
     injections: Annotated[tuple[CaseInjection, ...], Field(max_length=MAX_ITEMS)]
+    suppressions: Annotated[tuple[CaseSuppression, ...], Field(max_length=MAX_ITEMS)]
     targets: Targets
     tracker: Tracker
     evidence: EvidenceRules
