@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from trust_env.defenses import named_in_full
 from trust_env.errors import unknown_name
 from trust_env.metrics import METRICS, RELIABILITY
 from trust_env.metrics.forecast_scores import N_BINS
@@ -45,9 +46,10 @@ class Results:
     notes: tuple[str, ...] = field(default=())
 
     def __getitem__(self, key: Key) -> Cell:
-        """The cell of an attack and a defense, by their names."""
+        """The cell of an attack and a defense, by their names; of the default preset also as plain `trust`."""
+        attack, defense = key
         for cell in self.cells:
-            if cell.key == tuple(key):
+            if cell.key in ((attack, defense), (attack, _in_full(defense))):
                 return cell
         raise unknown_name("cell", " x ".join(key), (" x ".join(cell.key) for cell in self.cells))
 
@@ -131,6 +133,14 @@ class Results:
             sums = np.concatenate([np.empty((0, 3 * N_BINS)), *(_flat(cell.reliability[kind]) for cell in cells)])
             columns[f"{kind}_bins"] = pa.array(list(sums), pa.list_(pa.float64()))
         return pa.table(columns)
+
+
+def _in_full(defense: str) -> str:
+    """A defense's name with its preset; that of an object as it is."""
+    try:
+        return named_in_full(defense)
+    except ValueError:
+        return defense
 
 
 def _flat(bins: np.ndarray) -> np.ndarray:

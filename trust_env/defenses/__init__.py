@@ -14,7 +14,7 @@ from trust_env.defenses.majority import Majority
 from trust_env.defenses.score import Score
 from trust_env.defenses.trust import Trust
 from trust_env.errors import unknown_name
-from trust_env.spec import load_object, parse
+from trust_env.spec import Spec, load_object, parse
 from trust_env.user_code import construct, missing_methods
 
 DEFENSES: dict[str, type[BuiltIn]] = {"score": Score, "trust": Trust, "majority": Majority}
@@ -29,6 +29,8 @@ __all__ = [
     "Verdict",
     "build_defense",
     "fits_publication",
+    "name_of",
+    "named_in_full",
 ]
 
 
@@ -53,6 +55,21 @@ def _build_from_name(name: str) -> Any:
         raise unknown_name("defense", spec.name, DEFENSES)
     make = DEFENSES[spec.name] if spec.path is None else load_object(spec)
     return construct(make, spec.params) if callable(make) else make
+
+
+def named_in_full(name: str) -> str:
+    """A defense's name with the preset that it gets where it names none: `trust` becomes `trust(preset=paper)`."""
+    spec = parse(name)
+    presets = () if spec.path is not None or spec.name not in DEFENSES else tuple(DEFENSES[spec.name].presets())
+    params = {"preset": presets[0], **spec.params} if presets else spec.params
+    return str(Spec(spec.name, params, spec.path))
+
+
+def name_of(defense: Any) -> str:
+    """What pictures call a defense: its class, and its preset if it has one."""
+    preset = defense.params().get("preset") if isinstance(defense, BuiltIn) else None
+    name = type(defense).__name__.lower()
+    return name if preset is None else f"{name}(preset={preset})"
 
 
 class _Registry(ModuleType):

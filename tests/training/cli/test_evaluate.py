@@ -24,7 +24,7 @@ def test_the_printed_json_is_what_is_written(cli, tmp_path):
     assert printed == json.loads((tmp_path / "out" / "results.json").read_text())
     assert [(cell["attack"], cell["defense"]) for cell in printed["cells"]] == [
         ("honest", "score"),
-        ("honest", "trust"),
+        ("honest", "trust(preset=paper)"),
     ]
 
 

@@ -141,6 +141,20 @@ def test_all_cells_are_played_at_the_knowledge_level_that_one_needs():
         np.testing.assert_array_equal(at_own.cells[0].metrics[name], results["honest", "trust"].metrics[name])
 
 
+def test_results_name_the_preset_and_are_found_without_it():
+    results = training.evaluate(attacks="honest", defenses="trust,trust(preset=mate),score", **SMALL)
+    assert [cell.defense for cell in results.cells] == ["trust(preset=paper)", "trust(preset=mate)", "score"]
+    assert results["honest", "trust"] is results["honest", "trust(preset=paper)"] is results.cells[0]
+    assert set(results.to_arrow()["defense"].to_pylist()) == {"trust(preset=paper)", "trust(preset=mate)", "score"}
+    with pytest.raises(ValueError, match="majority"):
+        results["honest", "majority"]
+
+
+def test_a_defense_that_is_named_with_and_without_its_preset_is_given_twice():
+    with pytest.raises(ValueError, match="given twice"):
+        training.evaluate(attacks="honest", defenses="trust,trust(preset=paper)", **SMALL)
+
+
 def test_a_note_says_that_a_scenario_has_no_adversaries():
     settings = SMALL | {"scenario": "trio(horizon=12, n_adversaries=0)"}
     results = training.evaluate(attacks="false_positive", defenses="trust", **settings)

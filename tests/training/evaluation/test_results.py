@@ -18,6 +18,7 @@ from trust_env.training.evaluation.results import Results, cells_of
 from trust_env.training.evaluation.tables import print_results
 
 NAN = float("nan")
+TRUST = "trust(preset=paper)"  # the name in full
 
 
 def results(**damage):
@@ -82,10 +83,10 @@ def test_files_hold_strata_and_reliability(played):
         for kind, bins in cell.reliability.items():
             np.testing.assert_array_equal(saved.reliability[kind], bins)
     written = json.loads((out / "results.json").read_text())
-    assert [each["defense"] for each in written["pooled"]] == ["score", "trust"]
+    assert [each["defense"] for each in written["pooled"]] == ["score", TRUST]
     assert [each["attacks"] for each in written["pooled"]] == [["honest", "false_positive"]] * 2
     assert "track_trust" not in written["pooled"][0]  # no opinion
-    pools = [cell["pooled"]["track_trust"] for cell in written["cells"] if cell["defense"] == "trust"]
+    pools = [cell["pooled"]["track_trust"] for cell in written["cells"] if cell["defense"] == TRUST]
     together = written["pooled"][1]["track_trust"]
     assert together["forecasts"] == sum(each["forecasts"] for each in pools)
     weighted = sum(each["brier"] * each["forecasts"] for each in pools) / together["forecasts"]
@@ -123,4 +124,4 @@ def test_strata_and_reliability_are_printed_for_every_cell(played):
     rows = [line for line in text.splitlines() if line.startswith("│")]
     assert len(rows) == sum(len(cell.strata) for cell in found.cells)
     text = printed(print_reliability, found)
-    assert "trust, tracks, all attacks" in text and "trust, agents, all attacks" in text
+    assert all(f"{TRUST}, {kind}, all attacks" in text for kind in ("tracks", "agents"))
