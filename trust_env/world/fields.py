@@ -130,7 +130,7 @@ _PARAMETERS: Mapping[str, tuple[str, Mapping[str, str]]] = {
     "parameters": ("", {
         "horizon": "i8 | frames",
         "actuation": "i8 | its code in world.picture",
-        "defense": "i8 | its number in the registry; -1: a user's own",
+        "defense": "i8 | the address of its kernels; 0: a user's own has none",
         "keep_innovations": "i8 | whether the defense wants them",
         # tracker
         "confirmation": "i8 | its code in world.tracking.score",
