@@ -93,6 +93,8 @@ def _credit_birth(world, k, j, d):
         evidence.agent_score[other, j] = 0.0
         if world.parameters.keep_innovations:
             clear_innovation(world, other, j)
+    if world.parameters.keep_predictions:
+        clear_prediction(world, j)
     evidence.agent_score[k, j] = world.agents.initial_score[k]
     world.scan.gain[j] = 0.0
     world.labels.injected_hits[j] = int(is_injection(world.reports.origin[k, d]))
@@ -107,6 +109,16 @@ def clear_innovation(world, k, j):
         for b in range(2):
             evidence.innovation_cov[k, j, a, b] = np.nan
     evidence.distance2[k, j] = np.nan
+
+
+@kernel
+def clear_prediction(world, j):
+    """Track j was not there when the frame began."""
+    evidence = world.evidence
+    for a in range(4):
+        evidence.predicted_mean[j, a] = np.nan
+        for b in range(4):
+            evidence.predicted_cov[j, a, b] = np.nan
 
 
 @kernel

@@ -36,6 +36,8 @@ def track_centrally(world):
     """The central tracker takes the reports, agent by agent."""
     agents = world.agents.role.shape[0]
     predict_tracks(world, CENTRAL)
+    if world.parameters.keep_predictions:
+        _keep_predictions(world)
     if world.parameters.keep_innovations:
         for k in range(agents):
             for j in range(world.tracks.count):
@@ -43,6 +45,17 @@ def track_centrally(world):
     for k in range(agents):
         _take_report(world, k)
     end_frame(world, CENTRAL)
+
+
+@kernel
+def _keep_predictions(world):
+    """Evidence for defenses that ask for it: where the tracks are before any report, for hits at one epoch."""
+    tracks, evidence = world.tracks, world.evidence
+    for j in range(tracks.count):
+        for a in range(4):
+            evidence.predicted_mean[j, a] = tracks.mean[j, a]
+            for b in range(4):
+                evidence.predicted_cov[j, a, b] = tracks.cov[j, a, b]
 
 
 @kernel
