@@ -11,6 +11,7 @@ from trust_env.defenses.checks import beta_prior, number
 from trust_env.defenses.looks import LOOKS, believe, count_looks, forget_all, looks_at
 
 _REAL_HIT, _REAL_MISS, _FAKE_HIT, _FAKE_MISS = range(4)
+_MOST_NATS = 500.0  # beyond which e^x overflows
 
 
 class DawidSkene(BuiltIn):
@@ -97,7 +98,7 @@ def _probability(world, j):
         a, b = _hit_rates(world, k)
         misses = memory.looks[k, j] - memory.hits[k, j]
         logit += memory.hits[k, j] * math.log(a / b) + misses * math.log((1.0 - a) / (1.0 - b))
-    return 1.0 / (1.0 + math.exp(-logit))
+    return 1.0 / (1.0 + math.exp(-min(max(logit, -_MOST_NATS), _MOST_NATS)))
 
 
 @kernel

@@ -128,9 +128,3 @@ def believe_agent(world, k, alpha, beta):
     mean = alpha / total
     world.verdict.agent_trust[k], world.verdict.agent_trust_var[k] = mean, mean * (1.0 - mean) / (total + 1.0)
     return mean
-
-
-@inlined
-def p_detect(world, k):
-    """P_D as the tracker believes it."""
-    return 1.0 - np.exp(world.agents.miss_gain[k])

@@ -82,19 +82,10 @@ def _note_looks(world, j):
             memory.last_hit[k, j], memory.last_look[k, j], memory.missed[k, j] = _NEVER, _NEVER, 0
         if looks_at(world, k, j):
             memory.last_look[k, j] = now
-        if _has_hit(world, k, j):
+        if evidence.hit[k, j]:
             memory.last_hit[k, j], memory.missed[k, j] = now, 0
         elif evidence.expected[k, j] and not evidence.detected[k, j]:
             memory.missed[k, j] += 1
-
-
-@kernel
-def _has_hit(world, k, j):
-    """Whether a detection of agent k was assigned to the track in this frame."""
-    for d in range(world.reports.count[k]):
-        if world.evidence.assignment[k, d] == j:
-            return True
-    return False
 
 
 @kernel

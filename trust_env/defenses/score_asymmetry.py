@@ -10,7 +10,7 @@ from trust_env.compiled.kernels import kernel
 from trust_env.defenses.base import BuiltIn
 from trust_env.defenses.binomial import binomial_cdf, rounded
 from trust_env.defenses.checks import number, whole
-from trust_env.defenses.looks import LOOKS, count_looks, forget_all, p_detect
+from trust_env.defenses.looks import LOOKS, count_looks, forget_all
 
 _LEAST_LOOKS = 3
 
@@ -70,7 +70,7 @@ def _probabilities(world, j):
         n = rounded(memory.looks[k, j])
         memory.p[k] = 2.0
         if n >= _LEAST_LOOKS:
-            memory.p[k] = binomial_cdf(rounded(memory.hits[k, j]), n, p_detect(world, k))
+            memory.p[k] = binomial_cdf(rounded(memory.hits[k, j]), n, world.agents.believed_p_detect[k])
             watchers += 1
     return watchers
 
