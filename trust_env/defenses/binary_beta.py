@@ -63,5 +63,5 @@ def _count(world, j):
         return
     for k in range(counts.shape[0]):
         if looks_at(world, k, j):
-            agrees = world.evidence.detected[k, j] == (2.0 * hits > looks)
+            agrees = world.evidence.hit[k, j] == (2.0 * hits > looks)
             counts[k, 0 if agrees else 1] += 1.0

@@ -91,7 +91,7 @@ def _test_misses(world, k, j):
     if others >= 2 and looks_at(world, k, j):
         p = world.agents.believed_p_detect[k]
         q = 0.5 * p
-        step = math.log(q / p) if evidence.detected[k, j] else math.log((1.0 - q) / (1.0 - p))
+        step = math.log(q / p) if evidence.hit[k, j] else math.log((1.0 - q) / (1.0 - p))
         world.cusum.g[k] = max(0.0, world.cusum.g[k] + step)
 
 

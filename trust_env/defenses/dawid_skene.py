@@ -106,6 +106,6 @@ def _add(world, k, j):
     """A look of this frame to the agent's sums."""
     if looks_at(world, k, j):
         real, sums = world.verdict.track_trust[j], world.dawid_skene.sums
-        hit = world.evidence.detected[k, j]
+        hit = world.evidence.hit[k, j]
         sums[k, _REAL_HIT if hit else _REAL_MISS] += real
         sums[k, _FAKE_HIT if hit else _FAKE_MISS] += 1.0 - real

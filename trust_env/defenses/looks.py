@@ -29,7 +29,7 @@ TIE = 1e-9  # votes for and against that differ by less of them are a tie
 @inlined
 def looks_at(world, k, j):
     """Whether agent k is expected to see track j, or detects it."""
-    return world.evidence.expected[k, j] or world.evidence.detected[k, j]
+    return world.evidence.expected[k, j] or world.evidence.hit[k, j]
 
 
 @kernel
@@ -54,7 +54,7 @@ def count_looks(world, memory, gamma):
                 memory.looks[k, j], memory.hits[k, j] = 0.0, 0.0
             if looks_at(world, k, j):
                 memory.looks[k, j] = gamma * memory.looks[k, j] + 1.0
-                memory.hits[k, j] = gamma * memory.hits[k, j] + world.evidence.detected[k, j]
+                memory.hits[k, j] = gamma * memory.hits[k, j] + world.evidence.hit[k, j]
     return listed
 
 
@@ -79,7 +79,7 @@ def count_agreements(world, memory, listed):
         _, total, hits = vote(world, j, weight)
         for k in range(weight.shape[0]):
             if looks_at(world, k, j):
-                hit = world.evidence.detected[k, j]
+                hit = world.evidence.hit[k, j]
                 others, yes = total - weight[k], hits - weight[k] * hit
                 lean = 2.0 * yes - others
                 if abs(lean) > TIE * total:
@@ -94,7 +94,7 @@ def vote(world, j, weight):
         if looks_at(world, k, j):
             looks += 1
             total += weight[k]
-            hits += weight[k] * world.evidence.detected[k, j]
+            hits += weight[k] * world.evidence.hit[k, j]
     return looks, total, hits
 
 

@@ -75,7 +75,7 @@ class PathTrust(BuiltIn):
 @kernel
 def _compare_agents(world, listed):
     """g and n of all pairs, after this frame."""
-    memory, detected = world.path_trust, world.evidence.detected
+    memory, detected = world.path_trust, world.evidence.hit
     for k in range(memory.weight.shape[0]):
         for other in range(memory.weight.shape[0]):
             memory.together[k, other] *= memory.ageing

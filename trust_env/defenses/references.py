@@ -76,7 +76,7 @@ def _weigh_looks(world, j):
     for k in range(world.agents.role.shape[0]):
         if world.agents.role[k] != _ADVERSARY and looks_at(world, k, j):
             p = world.agents.believed_p_detect[k]
-            total += math.log(p / epsilon) if evidence.detected[k, j] else math.log((1.0 - p) / (1.0 - epsilon))
+            total += math.log(p / epsilon) if evidence.hit[k, j] else math.log((1.0 - p) / (1.0 - epsilon))
             memory.watched[j] = True
     memory.log_odds[j] = min(max(total, -_MOST), _MOST)
 
