@@ -14,7 +14,7 @@ from trust_env.world.tracking.track_store import list_confirmed
 class BinaryBeta(BuiltIn):
     """Beta trust from counts of agreement with the majority of those that look at the same track (wang2006-style).
 
-    A look is a track expected in the FOV, or detected. An agent's trust is (s + 1) / (s + f + 2), s and f counts
+    A look is a track expected in the FOV, or hit. An agent's trust is (s + 1) / (s + f + 2), s and f counts
     over the episode of looks with and against the majority; ties, and looks of one agent alone, do not count. A
     track's trust is a moving average of the share of hits, over the frames with at least two lookers.
 

@@ -20,12 +20,12 @@ _TAIL = 1e-4  # probability of either tail of that test
 class Cusum(BuiltIn):
     """Page's test on misses of what two others hit, and a χ² test on the d² of the last hits.
 
-    At an agent's looks at tracks that at least two other agents hit, g ← max(0, g + ln(q/P_D)) if it detects the
-    track, else max(0, g + ln((1-q)/(1-P_D))), with q = P_D/2. The sum of the d² of its last 30 hits on confirmed
-    tracks has a χ² distribution with 60 degrees of freedom as long as it is honest and the tracker's model holds;
-    outside the tails of 1e-4 there is an alarm, also where hits are too good. An agent's trust is
-    1 - min(1, g/2h), and 0 while there is such an alarm. A track's trust is a moving average, over `window` frames
-    with at least two lookers, of the share of hits, weighted by trust.
+    The sum of the d² of an agent's last 30 hits on confirmed tracks has a χ² distribution with 60 degrees of
+    freedom as long as it is honest and the tracker's model holds; outside the tails of 1e-4 there is an alarm, also
+    where hits are too good. At its looks at tracks that at least two other agents without such an alarm hit,
+    g ← max(0, g + ln(q/P_D)) at a hit, else max(0, g + ln((1-q)/(1-P_D))), with q = P_D/2. An agent's trust is
+    1 - min(1, g/2h), and 0 while there is an alarm. A track's trust is a moving average, over `window` frames with
+    at least two lookers, of the share of hits, weighted by trust.
 
     h: nats, above 0: about e^h looks of an honest agent pass before a false alarm (g > h, trust below ½); window:
     frames, from 1 to 1000. Raises ValueError outside these ranges. Page, "Continuous inspection schemes",
@@ -44,6 +44,7 @@ class Cusum(BuiltIn):
         "g": "f8 K | nats",
         "distances": f"f8 K {_HITS} | d² of the last hits",
         "hits": "i8 K | of the agent, so far",
+        "improbable": "b1 K | the sum of its last d² lies in a tail",
     }
 
     def __init__(self, h: float = 7.0, window: int = 10):
@@ -71,23 +72,25 @@ class Cusum(BuiltIn):
     @kernel
     def judge(world):
         """Agents by their tests, then tracks by the agents."""
-        listed = list_confirmed(world)
-        for k in range(world.cusum.g.shape[0]):
+        memory, listed = world.cusum, list_confirmed(world)
+        for k in range(memory.g.shape[0]):
+            for c in range(listed):
+                _keep_distance(world, k, world.scratch.listing[c])
+            memory.improbable[k] = _is_improbable(world, k)
+        for k in range(memory.g.shape[0]):
             for c in range(listed):
                 _test_misses(world, k, world.scratch.listing[c])
-                _keep_distance(world, k, world.scratch.listing[c])
-            suspicion = min(1.0, world.cusum.g[k] / (2.0 * world.cusum.h))
-            world.cusum.weight[k] = 0.0 if _is_improbable(world, k) else 1.0 - suspicion
-            world.verdict.agent_trust[k] = world.cusum.weight[k]
-        judge_by_votes(world, world.cusum, listed, world.cusum.window)
+            memory.weight[k] = 0.0 if memory.improbable[k] else 1.0 - min(1.0, memory.g[k] / (2.0 * memory.h))
+            world.verdict.agent_trust[k] = memory.weight[k]
+        judge_by_votes(world, memory, listed, memory.window)
 
 
 @kernel
 def _test_misses(world, k, j):
-    """g, after a look at a track that two others hit."""
+    """g, after a look at a track that two others hit, whose own hits are not improbable."""
     evidence, others = world.evidence, 0
     for other in range(world.cusum.g.shape[0]):
-        others += other != k and evidence.hit[other, j]
+        others += other != k and evidence.hit[other, j] and not world.cusum.improbable[other]
     if others >= 2 and looks_at(world, k, j):
         p = world.agents.believed_p_detect[k]
         q = 0.5 * p

@@ -1,7 +1,8 @@
 """What defenses count: looks of agents at tracks, and how a track is judged by votes that differ in weight.
 
-F is `expected`, H is `detected`. A look is F or H: a hit outside the FOV counts. Kernels here take a defense's
-group as `memory`, with the fields of LOOKS or of VOTES in it.
+F is `expected`, H is `hit`: a detection was assigned to the track. A look is F or H, so that a hit outside the FOV
+counts; a look without a hit is a miss. Kernels here take a defense's group as `memory`, with the fields of LOOKS or
+of VOTES in it.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ TIE = 1e-9  # votes for and against that differ by less of them are a tie
 
 @inlined
 def looks_at(world, k, j):
-    """Whether agent k is expected to see track j, or detects it."""
+    """Whether agent k is expected to see track j, or hits it."""
     return world.evidence.expected[k, j] or world.evidence.hit[k, j]
 
 
@@ -88,7 +89,7 @@ def count_agreements(world, memory, listed):
 
 @kernel
 def vote(world, j, weight):
-    """How many agents look at a track, the sum of their weights, and that of those who detect it."""
+    """How many agents look at a track, the sum of their weights, and that of those who hit it."""
     looks, total, hits = 0, 0.0, 0.0
     for k in range(weight.shape[0]):
         if looks_at(world, k, j):

@@ -18,8 +18,8 @@ class Quorum(BuiltIn):
 
     A hit is an assigned one within the last `window` frames, so that `l` liars alone get nothing shown:
     `detected` is set by clutter and by neighbours too. A track is hidden while `l` + 1 agents were expected to
-    see it at their last `misses` looks and did not detect it, and waits for a new quorum. strict: tracks at which
-    no more than `l` agents have looked within the window are never shown, else they are all.
+    see it at their last `misses` looks and did not detect it; then it waits for a new quorum. strict: what has had
+    no quorum is not shown, else tracks pass at which at most `l` agents have looked within the window.
 
     l, misses: whole numbers, from 0 and from 1; window: frames, from 1 to 1000; strict: True or False. Raises
     ValueError for anything else.
