@@ -22,7 +22,6 @@ from trust_env.compiled.kernels import compiling_entry
 from trust_env.compiled.key import key_of_code
 from trust_env.compiled.mode import CHECKED, INTERPRETED, OPTIONS, PLAIN, unknown_version
 
-
 FUNCTIONS: dict[int, Callable[..., Any]] = {}
 """Without the compiler: functions by what stands for their address."""
 

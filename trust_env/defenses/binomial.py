@@ -29,4 +29,4 @@ def binomial_cdf(h, n, p):
 @kernel
 def rounded(count):
     """The nearest whole number, halves upwards."""
-    return int(math.floor(count + 0.5))
+    return math.floor(count + 0.5)

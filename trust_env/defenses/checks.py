@@ -5,17 +5,17 @@ what was expected.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 
 def number(defense: str, name: str, value: Any, low: float, high: float = math.inf, ends: str = "[]") -> float:
     """The value as a float, if it is a number from `low` to `high`; `ends` as in "[)": without `high` itself."""
-    known = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if known and low <= value <= high and math.isfinite(value):
-        if (ends[0] == "[" or value > low) and (ends[1] == "]" or value < high):
-            return float(value)
-    limits = f"from {low:g}" if high == math.inf else f"in {ends[0]}{low:g}, {high:g}{ends[1]}"
+    known = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+    if known and low <= value <= high and (ends[0] == "[" or value > low) and (ends[1] == "]" or value < high):
+        return float(value)
+    limits = f"in {ends[0]}{low:g}, {high:g}{ends[1]}"
+    if high == math.inf:
+        limits = f"{'from' if ends[0] == '[' else 'above'} {low:g}"
     raise ValueError(f"{defense}: {name} must be a number {limits}, not {value!r}")
 
 
@@ -44,10 +44,3 @@ def beta_prior(defense: str, name: str, value: Any) -> tuple[float, float]:
         raise ValueError(f"{defense}: {name} must be two numbers above 0, α and β, not {value!r}")
     alpha, beta = (number(defense, f"{name}[{i}]", part, 0.0, ends="(]") for i, part in enumerate(value))
     return alpha, beta
-
-
-def by_agent(defense: str, name: str, value: Any) -> Mapping[Any, Any]:
-    """The value, if it is a mapping; its keys are checked when the number of agents is known."""
-    if isinstance(value, Mapping):
-        return value
-    raise ValueError(f"{defense}: {name} must map agent indices to numbers, not {value!r}")
