@@ -21,6 +21,7 @@ from trust_env.world.agents import PLACEMENTS, ROLES
 from trust_env.world.coverage import CELLS
 from trust_env.world.fields import WORLD_GROUPS
 from trust_env.world.picture import ACTUATIONS
+from trust_env.world.tracking.fusion import FUSIONS
 from trust_env.world.tracking.score import CONFIRMATIONS, DELETIONS
 
 
@@ -47,8 +48,10 @@ def lengths_of(scenario: Scenario, defense: BuiltIn | Defense) -> dict[str, int]
         "A": ActionTable(scenario).size,
         "F": max(1, *numbers),
         "T": 1 if recording is None else len(recording.times),
+        "B": scenario.retro_window if scenario.actuation == "retro" else 0,
         "Q": CELLS if "coverage" in needs_of(defense) else 0,
     }
+    n["U"] = 0 if scenario.tracker.fusion == "sequential" else n["J"]
     n["R"] = max(n["D"], n["L"], n["J"])  # rows and columns of any assignment
     n["S"] = n["R"] + 1
     n["C"] = max(n["J"], n["N"], n["L"])
@@ -110,6 +113,7 @@ class Parameters:
         self.set(placement=PLACEMENTS.get(s.team.placement, 0), spread=s.team.spread)
         self.set(near_distance=evidence.near_distance or 0.0, hold_distance=evidence.hold_distance)
         self.set(match_distance=metrics.match_distance, cutoff=metrics.cutoff, order=metrics.order)
+        self.set(accuse_below=metrics.accuse_below, accuse_frames=metrics.accuse_frames)
         self.set(reward_false_track=reward.false_track, reward_missing_target=reward.missing_target)
         self.set(reward_lost_trust=reward.lost_trust)
 
@@ -163,6 +167,7 @@ class Parameters:
         delete, confirm = score_thresholds(alpha=t.alpha, beta=t.beta)
         self.set(process_noise=t.process_noise, velocity_variance=t.initial_velocity_variance)
         self.set(gate=-2.0 * math.log1p(-t.gate), max_unseen=t.max_unseen)
+        self.set(fusion=FUSIONS[t.fusion], fusion_tolerance=t.fusion_tolerance)
         self.set(confirmation=CONFIRMATIONS[t.confirmation], confirm_threshold=confirm)
         self.set(confirm_m=t.confirm_m, confirm_n=t.confirm_n, confirm_hits=t.confirm_hits)
         self.set(deletion=DELETIONS[t.deletion], delete_threshold=delete)

@@ -17,7 +17,7 @@ from rich.text import Text
 import trust_env
 from trust_env.agents import Player, build_policy, sufficient_knowledge
 from trust_env.conformance import CHECKS, Report, check, random_policy
-from trust_env.defenses import DEFENSES
+from trust_env.defenses import DEFENSES, named_in_full
 from trust_env.scenario import Scenario, load_scenario
 from trust_env.spec import load_object, parse, split_specs
 from trust_env.training.console import print_table, progress_bar
@@ -116,7 +116,8 @@ def _environments(
         for defense in defenses or _fitting_defenses(scenario):
             trust_env.parallel_env(scenario, defense).close()  # raises what is wrong with the arguments
             makes = (functools.partial(make, scenario, defense) for make in (trust_env.parallel_env, trust_env.env))
-            subjects.append((f"{scenario.name} x {defense}", *makes))
+            name = named_in_full(defense) if isinstance(defense, str) else defense
+            subjects.append((f"{scenario.name} x {name}", *makes))
     return subjects
 
 

@@ -3,8 +3,8 @@
 A world is one row of bytes; what all worlds share is one more buffer, the parameters; what a frame scribbles on
 is a third, one per thread. Kernels read `world.agents.pose[k]`; outside, `arrays.pose[w, k]` is the same. Axes:
 K agents, N targets, D detections of an agent, J central tracks, L local tracks, A action entries, O observation
-entries, F numbers of an FOV, T recorded frames, Q cells of the coverage; R rows, C columns and P pairs of an
-assignment. A defense declares fields of its own, in a group of its name.
+entries, F numbers of an FOV, T recorded frames, Q cells of the coverage, U tracks with kept hits, B kept frames;
+R rows, C columns and P pairs of an assignment. A defense declares fields of its own, in a group of its name.
 """
 
 from __future__ import annotations
@@ -63,6 +63,11 @@ _ROW: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "gospa": "f8 | m, GOSPA (alpha = 2) of the picture",
         "ospa": "f8 | m, OSPA of the picture",
         "gospa_localisation": "f8 | m^p, the part of GOSPA^p that assigned tracks make",
+        "siap_targets": "f8 | targets that some FOV holds or with which a track of the picture is associated",
+        "siap_tracked_targets": "f8 | targets with which a track of the picture is associated",
+        "siap_tracks": "f8 | tracks of the picture within the match distance of a target: associated with the nearest",
+        "siap_position_error": "f8 | m, distances of the associated tracks from their targets, added up",
+        "siap_velocity_error": "f8 | m/s, the same of velocities",
     }),
     "verdict": ("", {
         "agent_trust": "f8 K | NaN: no opinion",
@@ -71,19 +76,22 @@ _ROW: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "track_trust_var": "f8 J",
         "publish": "b1 J | fit for the picture",
         "keep": "b1 J | must not be deleted",
-        "agent_weight": "f8 K | 1, or as the actuation `weight` wants it in the next frame",
+        "agent_weight": "f8 K | 1, or as the actuations `weight` and `retro` want it in the next frame",
     }),
     "agents": ("", {
         "pose": "f8 K 3 | m, m, rad",
         "fov_heading": "f8 K | rad, of the FOV's own frame, from the agent's heading",
         "fov_frame": "f8 K 5 | m, m, rad: x, y, heading of the FOV's own frame, then the heading's cos and sin",
         "fov_box": "f8 K 4 | m: x_min, x_max, y_min, y_max",
+        "first_edit": "i8 K | frame, from 1, of the first injection or suppression that took effect; 0: none yet",
     }),
     "targets": ("target_", {"alive": "b1 N", "state": "f8 N 4 | m, m/s"}),
     "scored": ("scored_", {
         "alive": "b1 N | the truth that the picture was scored against",
         "state": "f8 N 4 | m, m/s",
         "visible": "b1 N | some FOV holds it",
+        "missing": "b1 N | some FOV holds it and no track of the picture is assigned to it",
+        "watchers": "i8 N 2 | adversaries, from their first edit on, and benign agents whose FOV holds it",
         "confirmed": "b1 J",
     }),
     "raw": ("raw_", {
@@ -101,6 +109,7 @@ _ROW: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "injections": "i8 | the same of injections",
         "evicted_tracks": "i8 | tentative tracks that gave way to a birth in a full store",
         "dropped_births": "i8 | births for which there was no room",
+        "unfused_tracks": "i8 | tracks with too few hits for the fusion rule, which kept their prediction",
     }),
     "tracks": ("track_", _tracks("J")),
     "evidence": ("", {
@@ -117,8 +126,15 @@ _ROW: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "target": "i8 J | assigned to a track of the picture; -1: none",
         "label": "i8 J | the same of all confirmed tracks",
         "injected": "b1 J | more of its hits were injections than not",
+        "watchers": "i8 J 2 | adversaries, from their first edit on, and benign agents expected to see the track",
     }),
     "players": ("", {"observation": "f4 K O"}),
+    "retro": ("retro_", {
+        "frames": "i8 | of this episode", "frames_below": "i8 K | in a row with trust below metrics.accuse_below",
+        "kept_dt": "f8 B | s, of the last B frames, which only the actuation `retro` keeps",
+        "kept_pose": "f8 B K 3 | m, m, rad",
+        "kept_count": "i8 B K", "kept_detections": "f8 B K D 2 | m, as reported", "kept_origin": "i8 B K D",
+    }),
 }  # fmt: skip
 # What only some defenses need: last in the row, so that the others' worlds stay close together.
 _ON_REQUEST = {
@@ -150,9 +166,11 @@ _PARAMETERS: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "process_noise": "f8 | m^2/s^3",
         "velocity_variance": "f8 | (m/s)^2, of a new track",
         "gate": "f8 | limit of the squared Mahalanobis distance",
+        "fusion": "i8 | its code in world.tracking.fusion", "fusion_tolerance": "i8 | l, wrong hits of a track",
         # evidence, metrics, rewards
         "near_distance": "f8 | m", "hold_distance": "f8 | m", "match_distance": "f8 | m",
         "cutoff": "f8 | m, of GOSPA and OSPA", "order": "f8 | of GOSPA and OSPA",
+        "accuse_below": "f8", "accuse_frames": "i8",
         "reward_false_track": "f8", "reward_missing_target": "f8", "reward_lost_trust": "f8",
     }),
     "agents": ("", {
@@ -202,6 +220,10 @@ _SCRATCH: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "geometry": "f8 C 7 | of the listed tracks: x, y, S^-1 (xx, xy, yy), |S|, ln|S|",
         "columns": "i8 C | of the listed tracks", "inside": "b1 C | the FOV holds it",
         "gain": "f8 C | nats, of every track's score", "assignment": "i8 R | of every detection",
+    }),
+    "kept": ("kept_", {
+        "hits": "i8 U | how many, of every track; U = J where a fusion rule wants them",
+        "point": "f8 U K 2 | m", "noise": "f8 U K 2 2 | m^2, R/w", "chosen": "b1 K", "ordered": "f8 K | m",
     }),
     "scratch": ("scratch_", {
         "rank": "f8 D | m^2, squared distances of an agent's list", "listing": "i8 C",

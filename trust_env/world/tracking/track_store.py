@@ -15,6 +15,7 @@ from trust_env.world.fields import tracks_of
 from trust_env.world.origin import is_injection
 from trust_env.world.tracking import kalman
 from trust_env.world.tracking.association import NONE
+from trust_env.world.tracking.fusion import SEQUENTIAL
 from trust_env.world.tracking.score import CONFIRMED, TENTATIVE
 
 EMPTY = 0
@@ -95,6 +96,8 @@ def _credit_birth(world, k, j, d):
             clear_innovation(world, other, j)
     if world.parameters.keep_predictions:
         clear_prediction(world, j)
+    if world.parameters.fusion != SEQUENTIAL:
+        world.kept.hits[j] = 0
     evidence.agent_score[k, j] = world.agents.initial_score[k]
     world.scan.gain[j] = 0.0
     world.labels.injected_hits[j] = int(is_injection(world.reports.origin[k, d]))
