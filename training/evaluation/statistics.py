@@ -131,7 +131,9 @@ def placed_between(values: np.ndarray, low: np.ndarray, high: np.ndarray, seed: 
     rows = rows[:, ~np.isnan(rows).any(axis=0)]
     if not rows.size or rows[2].mean() <= rows[1].mean():
         return None
-    places = _places(np.concatenate([rows[:, p].mean(-1) for p in _resampled_episodes(*rows.shape, seed)], axis=1))
+    places = _places(
+        np.concatenate([rows[:, p].mean(-1) for p in _resampled_episodes(rows.shape[0], rows.shape[1], seed)], axis=1)
+    )
     edges = np.percentile(places, _TAILS).tolist()
     return Bounds(float(_places(rows.mean(axis=1))), edges[0], edges[1])
 
@@ -152,7 +154,7 @@ def simultaneous(rows: Iterable[np.ndarray], statistic: Statistic = "mean", seed
         raise ValueError("rows must define every episode; got NaN")
     of = interquartile_mean if statistic == "iqm" else np.mean
     resampled = np.concatenate(
-        [of(values[:, picks], axis=-1) for picks in _resampled_episodes(*values.shape, seed)], axis=1
+        [of(values[:, picks], axis=-1) for picks in _resampled_episodes(values.shape[0], values.shape[1], seed)], axis=1
     )
     value, spread = of(values, axis=-1), resampled.std(axis=1, ddof=1)
     distance = np.abs(resampled - value[:, None])
