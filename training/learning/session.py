@@ -139,7 +139,8 @@ class Session:
                 record(f"evaluation/{name}", float(np.nanmean(found[name])))
         self.logs.evaluation.dump(self.steps)
         self._evaluated = self.steps
-        tell(f"damage per frame {found['damage_per_frame'].mean():.2f}")
+        false, missing = (found[f"{part}_per_frame"].mean() for part in ("false_tracks", "missing_targets"))
+        tell(f"damage per frame {false + missing:.2f}: {false:.2f} false, {missing:.2f} missing")
 
     def _export(self) -> None:
         export_policy(self.folder.path, self.model, self.env.learners, self.config)

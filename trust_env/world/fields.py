@@ -63,6 +63,8 @@ _ROW: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "gospa": "f8 | m, GOSPA (alpha = 2) of the picture",
         "ospa": "f8 | m, OSPA of the picture",
         "gospa_localisation": "f8 | m^p, the part of GOSPA^p that assigned tracks make",
+        "gospa_missed": "f8 | m^p, the part that unassigned targets make",
+        "gospa_false": "f8 | m^p, the part that unassigned tracks make",
         "siap_targets": "f8 | targets that some FOV holds or with which a track of the picture is associated",
         "siap_tracked_targets": "f8 | targets with which a track of the picture is associated",
         "siap_tracks": "f8 | tracks of the picture within the match distance of a target: associated with the nearest",
@@ -153,7 +155,7 @@ _PARAMETERS: Mapping[str, tuple[str, Mapping[str, str]]] = {
     "parameters": ("", {
         "horizon": "i8 | frames",
         "actuation": "i8 | its code in world.picture",
-        "defense": "i8 | its number in the registry; -1: a user's own",
+        "defense": "i8 | the address of its kernels; 0: a user's own has none",
         "keep_innovations": "i8 | whether the defense wants them",
         "keep_predictions": "i8", "keep_inside": "i8", "keep_coverage": "i8",
         # tracker

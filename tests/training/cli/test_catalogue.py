@@ -4,6 +4,7 @@ import json
 
 import trust_env
 from trust_env.agents import POLICIES
+from trust_env.defenses import DEFENSES
 from trust_env.defenses.trust_switches import PRESETS
 from trust_env.metrics import METRICS
 
@@ -58,6 +59,12 @@ def test_show_takes_a_class_in_a_file(cli, tmp_path):
         "doc": "Mine alone.",
         "parameters": {"x": {}, "y": {"default": 3}},
     }
+
+
+def test_the_list_of_defenses_says_which_are_for_evaluation_only(cli):
+    _, out, _ = cli("defenses", "list", "--json")
+    marked = [entry["name"] for entry in json.loads(out) if "for evaluation only" in entry["description"]]
+    assert marked == [name for name, defense in DEFENSES.items() if defense.reference] != []
 
 
 def test_every_metric_says_its_unit_which_way_is_worse_and_when_it_is_absent(cli):
