@@ -20,11 +20,13 @@ from trust_env.defenses import DEFENSES, BuiltIn
 from trust_env.defenses.base import clear_verdict, weigh_agents
 from trust_env.spaces.observation import observe
 from trust_env.world.agents import place_agents
+from trust_env.world.coverage import forget_coverage
 from trust_env.world.editing import edit_reports
 from trust_env.world.evidence import gather_evidence
 from trust_env.world.fields import WORLD_GROUPS
 from trust_env.world.fov import locate_fovs
 from trust_env.world.picture import draw_picture, publish, remove_distrusted
+from trust_env.world.retro import forget_reports, track_again
 from trust_env.world.reward import compute_rewards
 from trust_env.world.scoring import score_picture
 from trust_env.world.sensing import sense
@@ -54,9 +56,13 @@ def start_episode(world):
         world.verdict.agent_weight[k] = 1.0
         world.rewards.reward[k], world.rewards.last_agent_trust[k] = 0.0, np.nan
     overflow, world.clock.frame = world.overflow, 0
-    overflow.detections, overflow.injections, overflow.evicted_tracks, overflow.dropped_births = 0, 0, 0, 0
+    overflow.detections, overflow.injections, overflow.unfused_tracks = 0, 0, 0
+    overflow.evicted_tracks, overflow.dropped_births = 0, 0
     clear_verdict(world)
     draw_picture(world)
+    forget_reports(world)
+    if world.parameters.keep_coverage:
+        forget_coverage(world)
     place_agents(world)
     place_targets(world)
 
@@ -71,6 +77,7 @@ GATHER_EVIDENCE = Stage(gather_evidence)
 CLEAR_VERDICT = Stage(clear_verdict)
 JUDGE = Stage("judge")
 WEIGH = Stage(weigh_agents)
+TRACK_AGAIN = Stage(track_again)
 PUBLISH = Stage(publish)
 SCORE = Stage(score_picture)
 REWARD = Stage(compute_rewards)
@@ -84,7 +91,7 @@ FRAME = (
     START, FORGET,                                                  # where an episode begins
     EDIT,                                                           # 1: actions edit the raw detections
     LOCATE, TRACK_LOCALLY, TRACK_CENTRALLY, GATHER_EVIDENCE,        # 2: the trackers take the reports
-    CLEAR_VERDICT, JUDGE, WEIGH, PUBLISH,                           # 3: the defense judges, and the picture
+    CLEAR_VERDICT, JUDGE, WEIGH, TRACK_AGAIN, PUBLISH,              # 3: the defense judges, and the picture
     SCORE, REWARD, REMOVE,                                          # 4: the picture against the truth
     MOVE, SENSE, OBSERVE,                                           # 5: targets move, agents sense again
 )  # fmt: skip
@@ -103,7 +110,7 @@ EDIT_AND_TRACK = stages(EDIT, TRACK_LOCALLY, TRACK_CENTRALLY, GATHER_EVIDENCE)
 TRACK_AS_REPORTED = stages(LOCATE, TRACK_LOCALLY, TRACK_CENTRALLY, GATHER_EVIDENCE)  # poses and reports as given
 JUDGE_BUILT_IN = stages(CLEAR_VERDICT, JUDGE, WEIGH)
 JUDGE_NOTHING = stages(CLEAR_VERDICT)
-CONCLUDE = stages(PUBLISH, REMOVE)
+CONCLUDE = stages(TRACK_AGAIN, PUBLISH, REMOVE)
 NEXT_FRAME = stages(SCORE, REWARD, MOVE, SENSE, OBSERVE)
 
 
