@@ -29,7 +29,7 @@ __all__ = [
     "Verdict",
     "build_defense",
     "fits_publication",
-    "name_of",
+    "display_name",
     "named_in_full",
 ]
 
@@ -65,7 +65,7 @@ def named_in_full(name: str) -> str:
     return str(Spec(spec.name, params, spec.path))
 
 
-def name_of(defense: Any) -> str:
+def display_name(defense: Any) -> str:
     """What pictures call a defense: its class, and its preset if it has one."""
     preset = defense.params().get("preset") if isinstance(defense, BuiltIn) else None
     name = type(defense).__name__.lower()
