@@ -8,10 +8,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from trust_env.agents.attacks.baseline import Honest, Random
-from trust_env.agents.attacks.false_positive import FalsePositive
-from trust_env.agents.attacks.shared_false_positives import FovAware, OptimalFalsePositive
+from trust_env.agents.attacks.by_turns import ByTurns
+from trust_env.agents.attacks.false_positive import Burst, FalsePositive
+from trust_env.agents.attacks.outward import Outward
+from trust_env.agents.attacks.shared_false_positives import OptimalFalsePositive
 from trust_env.agents.attacks.suppression import Suppress
 from trust_env.agents.attacks.timing import OnOff, Sleeper
+from trust_env.agents.attacks.unseen_false_positives import Exclusive, FovAware, Stealth
 from trust_env.agents.base import Policy, PolicyLike
 from trust_env.agents.learned.policy import Learned
 from trust_env.agents.parameters import construct
@@ -24,8 +27,13 @@ POLICIES: dict[str, type[Policy]] = {
     "random": Random,
     "false_positive": FalsePositive,
     "optimal_false_positive": OptimalFalsePositive,
-    "suppress": Suppress,
+    "outward": Outward,
+    "exclusive": Exclusive,
+    "stealth": Stealth,
+    "by_turns": ByTurns,
     "fov_aware": FovAware,
+    "burst": Burst,
+    "suppress": Suppress,
     "sleeper": Sleeper,
     "on_off": OnOff,
     "learned": Learned,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import NamedTuple, TypeAlias
 
@@ -34,6 +35,13 @@ def hit_rate_range(scenario: Scenario) -> Range:
 def phantom_range(scenario: Scenario, most: int) -> Range:
     """Number of phantoms; None is as many as one adversary can report."""
     return Range(1, max(1, most), whole=True, none=scenario.injection.slots)
+
+
+def noise_range(scenario: Scenario) -> Range:
+    """Standard deviation (m) added to reports, up to three times that of the sensor, which None stands for."""
+    (xx, _), (_, yy) = scenario.sensor.covariance
+    sigma = math.sqrt(0.5 * (xx + yy))
+    return Range(0.0, 3.0 * sigma, none=sigma)
 
 
 def half_episode(scenario: Scenario) -> int:

@@ -10,7 +10,7 @@ import numpy as np
 from trust_env.compiled.layout import PARAMETERS, Layout
 from trust_env.defenses import DEFENSES, BuiltIn, Defense
 from trust_env.defenses.base import OPTIONAL
-from trust_env.frame import OWN_DEFENSE, declare_defenses
+from trust_env.frame import declare_defenses
 from trust_env.scenario import Scenario
 from trust_env.scenario.fov import SHAPES
 from trust_env.spaces.action import ActionTable
@@ -25,14 +25,9 @@ from trust_env.world.tracking.fusion import FUSIONS
 from trust_env.world.tracking.score import CONFIRMATIONS, DELETIONS
 
 
-def number_of(defense: BuiltIn | Defense) -> int:
-    """The number by which the engine knows a defense."""
-    return list(DEFENSES.values()).index(type(defense)) if isinstance(defense, BuiltIn) else OWN_DEFENSE
-
-
 def name_of(defense: BuiltIn) -> str:
     """The name of a built-in defense, which is that of its group of fields."""
-    return list(DEFENSES)[number_of(defense)]
+    return list(DEFENSES)[list(DEFENSES.values()).index(type(defense))]
 
 
 def needs_of(defense: BuiltIn | Defense) -> tuple[str, ...]:
@@ -179,7 +174,6 @@ class Parameters:
         self.set(confirmed_drop=t.confirmed_drop, tentative_drop=t.tentative_drop)
 
     def _set_defense(self, s: Scenario, defense: BuiltIn | Defense) -> None:
-        self.set(defense=number_of(defense))
         if isinstance(defense, BuiltIn):
             prefix = name_of(defense)
             self.set(**{f"{prefix}_{name}": value for name, value in defense.values(s.n_agents).items()})

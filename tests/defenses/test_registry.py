@@ -9,7 +9,7 @@ import pytest
 
 import trust_env
 from trust_env.compiled.kernels import kernel
-from trust_env.defenses import DEFENSES, BuiltIn, build_defense, display_name, named_in_full
+from trust_env.defenses import DEFENSES, BuiltIn, build_defense, name_of, named_in_full
 from trust_env.frame import declare_defenses
 
 
@@ -153,8 +153,8 @@ def test_the_full_name_of_a_defense_has_its_preset(name, full):
 
 
 def test_a_built_defense_is_called_by_its_name_and_preset():
-    assert display_name(build_defense("trust(preset=mate, trusted=[1])")) == "trust(preset=mate)"
-    assert display_name(build_defense("majority(window=4)")) == "majority"
+    assert name_of(build_defense("trust(preset=mate, trusted=[1])")) == "trust(preset=mate)"
+    assert name_of(build_defense("majority(window=4)")) == "majority"
 
 
 def test_a_defense_cannot_have_the_name_of_a_part_of_the_world(monkeypatch):

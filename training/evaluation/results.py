@@ -11,7 +11,8 @@ import numpy as np
 from trust_env.defenses import named_in_full
 from trust_env.errors import unknown_name
 from trust_env.metrics import METRICS
-from trust_env.training.evaluation.statistics import Interval, interval, paired_difference
+from trust_env.training.evaluation.statistics import Bounds, Interval, paired_difference, paired_mean_difference
+from trust_env.training.evaluation.summary import Summary, summarise
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -32,10 +33,9 @@ class Cell:
         return self.attack, self.defense
 
     @cached_property
-    def summary(self) -> dict[str, Interval]:
-        """Interquartile mean and 95 % interval by metric; a metric that no episode defines is absent."""
-        found = {name: interval(values) for name, values in self.metrics.items()}
-        return {name: value for name, value in found.items() if value is not None}
+    def summary(self) -> dict[str, Summary]:
+        """Means and 95 % intervals by metric; a metric that no episode defines, nor means "never", is absent."""
+        return summarise(self.metrics)
 
     @property
     def is_undecided(self) -> bool:
@@ -70,11 +70,20 @@ class Results:
         raise unknown_name("cell", " x ".join(key), (" x ".join(cell.key) for cell in self.cells))
 
     def difference(self, cell_a: Key | Cell, cell_b: Key | Cell, metric: str) -> Interval | None:
-        """How much higher a metric is in cell a than in cell b, by paired episodes; None: undefined."""
+        """How much higher a metric's interquartile mean is in cell a than in cell b, by paired episodes; None:
+        undefined.
+        """
+        return paired_difference(*self._pair(cell_a, cell_b, metric))
+
+    def mean_difference(self, cell_a: Key | Cell, cell_b: Key | Cell, metric: str) -> Bounds | None:
+        """The same of the means."""
+        return paired_mean_difference(*self._pair(cell_a, cell_b, metric))
+
+    def _pair(self, cell_a: Key | Cell, cell_b: Key | Cell, metric: str) -> tuple[np.ndarray, np.ndarray]:
         if metric not in METRICS:
             raise unknown_name("metric", metric, METRICS)
         a, b = (cell if isinstance(cell, Cell) else self[cell] for cell in (cell_a, cell_b))
-        return paired_difference(a.metrics[metric], b.metrics[metric])
+        return a.metrics[metric], b.metrics[metric]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values only, as in results.json."""
@@ -87,7 +96,7 @@ class Results:
                 {
                     "attack": cell.attack,
                     "defense": cell.defense,
-                    "metrics": {name: value._asdict() for name, value in cell.summary.items()},
+                    "metrics": {name: value.to_dict() for name, value in cell.summary.items()},
                 }
                 for cell in self.cells
             ],

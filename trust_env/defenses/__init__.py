@@ -9,15 +9,40 @@ from types import ModuleType
 from typing import Any
 
 from trust_env.defenses.base import BuiltIn, Defense, Verdict, fits_publication
+from trust_env.defenses.binary_beta import BinaryBeta
+from trust_env.defenses.cusum import Cusum
+from trust_env.defenses.dawid_skene import DawidSkene
 from trust_env.defenses.evidence import Evidence, Shape, TrackerBelief
 from trust_env.defenses.majority import Majority
+from trust_env.defenses.parsimony import Parsimony
+from trust_env.defenses.particle import Particle
+from trust_env.defenses.path_trust import PathTrust
+from trust_env.defenses.quorum import Quorum
+from trust_env.defenses.references import Blank, Oracle
+from trust_env.defenses.rfsn_beta import RfsnBeta
 from trust_env.defenses.score import Score
+from trust_env.defenses.score_asymmetry import ScoreAsymmetry
 from trust_env.defenses.trust import Trust
 from trust_env.errors import unknown_name
 from trust_env.spec import Spec, load_object, parse
 from trust_env.user_code import construct, missing_methods
 
-DEFENSES: dict[str, type[BuiltIn]] = {"score": Score, "trust": Trust, "majority": Majority}
+DEFENSES: dict[str, type[BuiltIn]] = {
+    "score": Score,
+    "trust": Trust,
+    "majority": Majority,
+    "quorum": Quorum,
+    "binary_beta": BinaryBeta,
+    "rfsn_beta": RfsnBeta,
+    "particle": Particle,
+    "parsimony": Parsimony,
+    "score_asymmetry": ScoreAsymmetry,
+    "dawid_skene": DawidSkene,
+    "path_trust": PathTrust,
+    "cusum": Cusum,
+    "oracle": Oracle,
+    "blank": Blank,
+}
 
 __all__ = [
     "DEFENSES",
@@ -29,8 +54,9 @@ __all__ = [
     "Verdict",
     "build_defense",
     "fits_publication",
-    "display_name",
+    "name_of",
     "named_in_full",
+    "refuse_reference",
 ]
 
 
@@ -57,6 +83,12 @@ def _build_from_name(name: str) -> Any:
     return construct(make, spec.params) if callable(make) else make
 
 
+def refuse_reference(defense: BuiltIn | Defense, use: str) -> None:
+    """ValueError for a built-in defense that is for evaluation only; `use` says what it is refused for."""
+    if isinstance(defense, BuiltIn) and defense.reference:
+        raise ValueError(f"the defense {type(defense).__name__} is for evaluation only; {use} takes any other")
+
+
 def named_in_full(name: str) -> str:
     """A defense's name with the preset that it gets where it names none: `trust` becomes `trust(preset=paper)`."""
     spec = parse(name)
@@ -65,10 +97,11 @@ def named_in_full(name: str) -> str:
     return str(Spec(spec.name, params, spec.path))
 
 
-def display_name(defense: Any) -> str:
-    """What pictures call a defense: its class, and its preset if it has one."""
+def name_of(defense: Any) -> str:
+    """What pictures call a defense: its name, a user's own by its class, and its preset if it has one."""
     preset = defense.params().get("preset") if isinstance(defense, BuiltIn) else None
-    name = type(defense).__name__.lower()
+    known = {built_in: name for name, built_in in DEFENSES.items()}
+    name = known.get(type(defense), type(defense).__name__.lower())
     return name if preset is None else f"{name}(preset={preset})"
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from trust_env.defenses import display_name
+from trust_env.defenses import name_of
 from trust_env.world.fields import FRAME_METRICS
 from trust_env.world.origin import FIRST_INJECTION
 from trust_env.world.tracking.score import CONFIRMED
@@ -94,7 +94,7 @@ def read_scene(worlds: Batch) -> Scene:
     agents = _read_agents(worlds)
     return Scene(
         scenario=scenario.name,
-        defense=display_name(worlds.defense),
+        defense=name_of(worlds.defense),
         frame=frame,
         horizon=worlds.horizon,
         dt=scenario.dt,

@@ -63,6 +63,11 @@ _ROW: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "gospa": "f8 | m, GOSPA (alpha = 2) of the picture",
         "ospa": "f8 | m, OSPA of the picture",
         "gospa_localisation": "f8 | m^p, the part of GOSPA^p that assigned tracks make",
+        "siap_targets": "f8 | targets that some FOV holds or with which a track of the picture is associated",
+        "siap_tracked_targets": "f8 | targets with which a track of the picture is associated",
+        "siap_tracks": "f8 | tracks of the picture within the match distance of a target: associated with the nearest",
+        "siap_position_error": "f8 | m, distances of the associated tracks from their targets, added up",
+        "siap_velocity_error": "f8 | m/s, the same of velocities",
     }),
     "verdict": ("", {
         "agent_trust": "f8 K | NaN: no opinion",
@@ -78,12 +83,15 @@ _ROW: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "fov_heading": "f8 K | rad, of the FOV's own frame, from the agent's heading",
         "fov_frame": "f8 K 5 | m, m, rad: x, y, heading of the FOV's own frame, then the heading's cos and sin",
         "fov_box": "f8 K 4 | m: x_min, x_max, y_min, y_max",
+        "first_edit": "i8 K | frame, from 1, of the first injection or suppression that took effect; 0: none yet",
     }),
     "targets": ("target_", {"alive": "b1 N", "state": "f8 N 4 | m, m/s"}),
     "scored": ("scored_", {
         "alive": "b1 N | the truth that the picture was scored against",
         "state": "f8 N 4 | m, m/s",
         "visible": "b1 N | some FOV holds it",
+        "missing": "b1 N | some FOV holds it and no track of the picture is assigned to it",
+        "watchers": "i8 N 2 | adversaries, from their first edit on, and benign agents whose FOV holds it",
         "confirmed": "b1 J",
     }),
     "raw": ("raw_", {
@@ -118,6 +126,7 @@ _ROW: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "target": "i8 J | assigned to a track of the picture; -1: none",
         "label": "i8 J | the same of all confirmed tracks",
         "injected": "b1 J | more of its hits were injections than not",
+        "watchers": "i8 J 2 | adversaries, from their first edit on, and benign agents expected to see the track",
     }),
     "players": ("", {"observation": "f4 K O"}),
     "retro": ("retro_", {
@@ -144,7 +153,7 @@ _PARAMETERS: Mapping[str, tuple[str, Mapping[str, str]]] = {
     "parameters": ("", {
         "horizon": "i8 | frames",
         "actuation": "i8 | its code in world.picture",
-        "defense": "i8 | its number in the registry; -1: a user's own",
+        "defense": "i8 | the address of its kernels; 0: a user's own has none",
         "keep_innovations": "i8 | whether the defense wants them",
         "keep_predictions": "i8", "keep_inside": "i8", "keep_coverage": "i8",
         # tracker

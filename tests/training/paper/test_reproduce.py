@@ -397,5 +397,5 @@ def test_a_figure_that_cannot_be_written_is_named_and_leaves_the_old_one(tmp_pat
     monkeypatch.setattr(figures, "panel_figure", lambda *panels: Figure())
     (tmp_path / "theorem_1.png").write_bytes(b"old")
     with pytest.raises(OSError, match=r"No space left on device: '.*theorem_1\.png'"):
-        figures.write_figures(tmp_path, [], {key: {} for key in ("published", *figures.PRESETS)})
+        figures.write_figures(tmp_path, [], {source: {} for source in ("published", *figures.PRESETS)})
     assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("theorem_1.png", b"old")]
