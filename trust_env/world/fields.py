@@ -183,6 +183,7 @@ _PARAMETERS: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "fov_radius": "f8 K | m, distance of the farthest point",
         "fov_start_heading": "f8 K | rad", "fov_half_width": "f8 K | rad",
         "fov_numbers": "f8 K F | what the shape's kernels know of it",
+        "resolution": "f8 K | m, detections of a report nearer than this are one; 0: all are told apart",
         "clutter_mean": "f8 K | natural false positives in a scan", "p_detect": "f8 K",
         "noise_cov": "f8 K 2 2 | m^2, R", "noise_chol": "f8 K 2 2 | its Cholesky factor",
         "injection_budget": "i8 K", "suppression_budget": "i8 K",
