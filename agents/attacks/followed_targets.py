@@ -78,7 +78,6 @@ class FollowedTargets(Policy):
     def _follow(self, points: np.ndarray, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The target of every detection, int[W, n, D], and whether it is chosen; new ones are, while there is room."""
         self.targets.clear(self.frame == 0)
-        self.predicted = self.targets.position + self.targets.dt * self.targets.velocity
         slot, new = self.targets.update(points, mask)
         w, n, d = np.nonzero(mask)
         at = (w, n, slot[w, n, d])
@@ -166,5 +165,5 @@ class Steal(FollowedTargets):
 
     def shifted(self, points: np.ndarray, slot: np.ndarray) -> np.ndarray:
         at = np.maximum(slot, 0)[..., None]
-        predicted = np.take_along_axis(self.predicted, at, axis=2)
+        predicted = np.take_along_axis(self.targets.predicted, at, axis=2)
         return predicted + self._shift(slot, np.broadcast_to(self.offset * self.deviation, slot.shape))
