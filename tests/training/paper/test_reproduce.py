@@ -307,7 +307,8 @@ def test_readme_has_the_tables_that_reproduce_writes(report):
     verdicts = [*theory_verdicts(report.theorem), *trust_claims.trust_verdicts(panels)]
     default = replace(report, seeds=64, panels=panels, suppressed=suppressed, verdicts=verdicts)
     (section,) = re.findall(r"^## The paper, reproduced$(.*?)^## ", README, flags=re.MULTILINE | re.DOTALL)
-    assert table_lines(section) == table_lines(default.markdown())
+    written = table_lines(default.markdown())
+    assert table_lines(section)[: len(written)] == written and len(written) > 60
     assert f"within {default.deviation:.4f} of the published numbers" in section
 
 
