@@ -10,9 +10,13 @@ from typing import Any
 from trust_env.agents.attacks.baseline import Honest, Random
 from trust_env.agents.attacks.by_turns import ByTurns
 from trust_env.agents.attacks.false_positive import Burst, FalsePositive
+from trust_env.agents.attacks.flood import Flood
+from trust_env.agents.attacks.followed_targets import Drag, Steal
+from trust_env.agents.attacks.local_majority import Collusion, Framing
 from trust_env.agents.attacks.outward import Outward
+from trust_env.agents.attacks.replay import Replay
 from trust_env.agents.attacks.shared_false_positives import OptimalFalsePositive
-from trust_env.agents.attacks.suppression import Suppress
+from trust_env.agents.attacks.suppression import SelectiveSuppress, Suppress
 from trust_env.agents.attacks.timing import OnOff, Sleeper
 from trust_env.agents.attacks.unseen_false_positives import Exclusive, FovAware, Stealth
 from trust_env.agents.base import Policy, PolicyLike
@@ -32,8 +36,15 @@ POLICIES: dict[str, type[Policy]] = {
     "stealth": Stealth,
     "by_turns": ByTurns,
     "fov_aware": FovAware,
+    "framing": Framing,
+    "collusion": Collusion,
     "burst": Burst,
+    "flood": Flood,
     "suppress": Suppress,
+    "selective_suppress": SelectiveSuppress,
+    "replay": Replay,
+    "drag": Drag,
+    "steal": Steal,
     "sleeper": Sleeper,
     "on_off": OnOff,
     "learned": Learned,

@@ -27,6 +27,7 @@ from trust_env.world.evidence import gather_evidence
 from trust_env.world.fields import WORLD_GROUPS
 from trust_env.world.fov import locate_fovs
 from trust_env.world.picture import draw_picture, publish, remove_distrusted
+from trust_env.world.resolution import merge_unresolved
 from trust_env.world.retro import forget_reports, track_again
 from trust_env.world.reward import compute_rewards
 from trust_env.world.scoring import score_picture
@@ -89,6 +90,7 @@ def judge_frame(world):
 START = Stage(start_episode)
 FORGET = Stage(reset_defense)
 EDIT = Stage(edit_reports)
+RESOLVE = Stage(merge_unresolved)
 LOCATE = Stage(locate_fovs)
 TRACK_LOCALLY = Stage(track_locally)
 TRACK_CENTRALLY = Stage(track_centrally)
@@ -109,7 +111,7 @@ OBSERVE = Stage(observe)
 # The order in which they run, whichever of them are asked for.
 FRAME = (
     START, FORGET,                                                  # where an episode begins
-    EDIT,                                                           # 1: actions edit the raw detections
+    EDIT, RESOLVE,                                                  # 1: actions edit the raw detections
     LOCATE, TRACK_LOCALLY, TRACK_CENTRALLY, GATHER_EVIDENCE,        # 2: the trackers take the reports
     CLEAR_VERDICT, JUDGE, WEIGH, TRACK_AGAIN, PUBLISH,              # 3: the defense judges, and the picture
     SCORE, SIAP, REWARD, REMOVE,                                    # 4: the picture against the truth
@@ -123,8 +125,8 @@ def stages(*wanted: Stage) -> int:
 
 
 BEGIN = stages(START, FORGET, SENSE, OBSERVE)
-EDIT_AND_TRACK = stages(EDIT, TRACK_LOCALLY, TRACK_CENTRALLY, GATHER_EVIDENCE)
-TRACK_AS_REPORTED = stages(LOCATE, TRACK_LOCALLY, TRACK_CENTRALLY, GATHER_EVIDENCE)  # poses and reports as given
+EDIT_AND_TRACK = stages(EDIT, RESOLVE, TRACK_LOCALLY, TRACK_CENTRALLY, GATHER_EVIDENCE)
+TRACK_AS_REPORTED = stages(RESOLVE, LOCATE, TRACK_LOCALLY, TRACK_CENTRALLY, GATHER_EVIDENCE)  # as given
 JUDGE_BUILT_IN = stages(CLEAR_VERDICT, JUDGE, WEIGH)
 JUDGE_NOTHING = stages(CLEAR_VERDICT)
 CONCLUDE = stages(TRACK_AGAIN, PUBLISH, REMOVE)

@@ -79,7 +79,8 @@ class FusionCentre:
 
     def update(self, detections: Sequence[Any], time: float | None = None, poses: Any = None) -> FusedFrame:
         """One frame: detections, an array [n_k, 2] (m) per agent; time in s (default: `dt` after the last);
-        poses[K, 3] (x, y in m, heading in rad; default: as before).
+        poses[K, 3] (x, y in m, heading in rad; default: as before). Of detections of an agent that are nearer than
+        its `sensor.resolution` the first one counts.
 
         Raises ValueError, and changes nothing, when a shape is wrong, a number is not finite, an agent has
         more detections than `sensor.max_detections`, or time does not increase. RuntimeError from a second

@@ -146,6 +146,7 @@ class Parameters:
             "fov_half_width": shape.opening[1],
             "clutter_mean": agent.sensor.clutter_density * fov.area,
             "p_detect": agent.sensor.p_detect,
+            "resolution": agent.sensor.resolution or 0.0,
             "noise_cov": agent.sensor.covariance,
             "noise_chol": np.linalg.cholesky(np.array(agent.sensor.covariance)),
             "injection_budget": min(agent.budget.injections, s.injection.slots),

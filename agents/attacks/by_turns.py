@@ -8,7 +8,7 @@ from trust_env.agents.attacks.track_forecast import TrackForecast
 from trust_env.agents.attacks.unseen_false_positives import Lonely
 from trust_env.agents.base import PolicyContext
 from trust_env.agents.parameters import non_negative_or_none, whole_number
-from trust_env.agents.search_ranges import Range, SearchRanges
+from trust_env.agents.search_ranges import Range, SearchRanges, noise_deviation
 from trust_env.scenario import Scenario
 
 SPACING = 10.0  # between phantoms, in standard deviations of the sensors' noise
@@ -45,13 +45,13 @@ class ByTurns(Lonely):
 
     @classmethod
     def search_ranges(cls, scenario: Scenario) -> SearchRanges:
-        usual = SPACING * sensor_deviation(scenario)
+        usual = SPACING * noise_deviation(scenario)
         own = {"per_slot": Range(1, 5, whole=True), "spacing": Range(0.0, 2.0 * usual, none=usual)}
         return {**own, **super().search_ranges(scenario)}
 
     def prepare(self, context: PolicyContext) -> None:
         super().prepare(context)
-        self.least_distance = SPACING * sensor_deviation(context.scenario) if self.spacing is None else self.spacing
+        self.least_distance = SPACING * noise_deviation(context.scenario) if self.spacing is None else self.spacing
         self.forecast = TrackForecast(context.scenario, context.agents, self.reports.shape)
         self._watchers = np.zeros(self.reports.shape, dtype=np.int64)  # [W, n, P], adversaries that look
 
@@ -96,9 +96,3 @@ class ByTurns(Lonely):
         np.put_along_axis(hit, phantom, fire, axis=2)
         np.put_along_axis(where, phantom[..., None], points, axis=2)
         self.forecast.update(hit, where, self._watchers)
-
-
-def sensor_deviation(scenario: Scenario) -> float:
-    """m, standard deviation of the noise of the scenario's sensor, of x and of y alike."""
-    (xx, _), (_, yy) = scenario.sensor.covariance
-    return float(np.sqrt(0.5 * (xx + yy)))

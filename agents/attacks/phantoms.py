@@ -162,6 +162,7 @@ class Phantoms(Policy):
         phantom, fire = self._fire(seen)
         points = self._reported(phantom)
         self.remember(phantom, fire & self._in_budget, points)
+        points, fire = self.add_reports(seen, points, fire)
         return self.encode(seen["pose"], points, fire, self._withheld(seen["detections_mask"]))
 
     def _begin(self, rows: np.ndarray, seen: dict[str, np.ndarray]) -> None:
@@ -231,6 +232,12 @@ class Phantoms(Policy):
 
     def remember(self, phantom: np.ndarray, fire: np.ndarray, points: np.ndarray) -> None:
         """Hook: what the slots report in this frame, phantom int[W, n, M] where fire, at points[W, n, M, 2] (m)."""
+
+    def add_reports(
+        self, seen: dict[str, np.ndarray], points: np.ndarray, fire: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Hook: points[W, n, M, 2] and fire[W, n, M] with what further slots report."""
+        return points, fire
 
     def _fire(self, seen: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """The phantom in every slot, and whether it is reported in this frame, each [W, n, M]."""

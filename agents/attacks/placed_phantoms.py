@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from trust_env.agents.attacks.phantoms import Phantoms
+from trust_env.agents.attacks.witnesses import Witnesses
 from trust_env.agents.base import CANDIDATE, PolicyContext
-from trust_env.scenario import Fovs
 
 CANDIDATES = 512  # places that are compared for a group of phantoms
 CHUNK = 32  # worlds at a time, so that the candidates of many worlds need not fit into memory at once
@@ -150,14 +150,7 @@ class HonestWitnesses(PlacedPhantoms):
 
     def prepare(self, context: PolicyContext) -> None:
         super().prepare(context)
-        self.honest = np.setdiff1d(np.arange(context.scenario.n_agents), context.agents)
-        self._honest_fovs = Fovs.of(context.scenario, self.honest)
-
-    def seen_by_honest(self, seen: dict[str, np.ndarray], points: np.ndarray) -> np.ndarray:
-        """Which honest agents see points[w, G, Q, 2], bool[w, H, G, Q]."""
-        poses = seen["poses"][:, 0, self.honest]  # [w, H, 4]: every agent sees the same
-        flat = points.reshape(len(points), 1, -1, 2)
-        return self._honest_fovs.contains(poses, flat).reshape(len(points), len(self.honest), *points.shape[1:-1])
+        self.witnesses = Witnesses(context)
 
     def cost(self, seen: dict[str, np.ndarray], points: np.ndarray) -> np.ndarray:
-        return self.seen_by_honest(seen, points).sum(axis=1)
+        return self.witnesses.see(seen, points).sum(axis=1)

@@ -1,10 +1,11 @@
-"""False negatives: an agent does not report targets that it sees."""
+"""False negatives: an agent does not report targets that it sees, chosen ones or where it is in the majority."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from trust_env.agents.attacks.detection_tracker import DetectionTracker
+from trust_env.agents.attacks.witnesses import Witnesses
 from trust_env.agents.base import CHOOSE, Policy, PolicyContext
 from trust_env.agents.parameters import fraction as valid_fraction
 from trust_env.agents.parameters import one_of, whole_number
@@ -81,6 +82,39 @@ class Suppress(Policy):
         chosen = (self.targets.alive & self.targets.chosen).sum(axis=-1)
         lacking = np.ceil(self.fraction * tracked - 1e-9) - chosen
         return others & (np.cumsum(others, axis=-1) <= lacking[..., None])
+
+
+class SelectiveSuppress(Policy):
+    """Suppresses own detections only where adversaries outnumber the honest agents that look there.
+
+    The majority does not see the target: its track is distrusted, and the honest agent that reports it accused.
+
+    margin       adversaries that look at the place, less honest agents that do, at least
+    start        frames to be honest first
+    """
+
+    name = "selective_suppress"
+    knowledge = "poses"
+
+    def __init__(self, margin: int = 1, start: int = 0):
+        self.margin = whole_number(self.name, "margin", margin, 1)
+        self.start = whole_number(self.name, "start", start, 0)
+
+    @classmethod
+    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+        adversaries = max(1, scenario.roles.count("adversary"))
+        return {"margin": Range(1, adversaries, whole=True), "start": start_range(scenario)}
+
+    def prepare(self, context: PolicyContext) -> None:
+        self.witnesses = Witnesses(context)
+
+    def choose(self, seen: dict[str, np.ndarray]) -> np.ndarray:
+        points, mask = seen["detections"], seen["detections_mask"]
+        flat = points.reshape(len(points), 1, -1, 2)
+        adversaries = self.fovs.contains(seen["pose"], flat).sum(axis=1).reshape(mask.shape)
+        honest = self.witnesses.see(seen, points).sum(axis=1)
+        active = (self.frame >= self.start)[:, None, None]
+        return self.encode(seen["pose"], suppress=mask & active & (adversaries - honest >= self.margin))
 
 
 def _listed_targets(context: PolicyContext) -> tuple[np.ndarray, np.ndarray]:

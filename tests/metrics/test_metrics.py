@@ -216,6 +216,12 @@ class _FakeWorlds:
             publish=np.ones((2, 3), bool),
             agent_trust=np.full((2, 3), NAN),
             first_edit=np.zeros((2, 3), int),
+            published=np.zeros((2, 3), bool),
+            track_target=np.full((2, 3), -1),
+            track_injected=np.zeros((2, 3), bool),
+            track_watchers=np.zeros((2, 3, 2), int),
+            scored_watchers=np.zeros((2, 1, 2), int),
+            scored_missing=np.zeros((2, 1), bool),
         )
         self.now = {}
 
@@ -238,6 +244,9 @@ def _by_hand():
             missing_targets=(1.0, 0.0),
             visible_targets=(4.0 if frame < 12 else 6.0, 0.0),
             gospa=(frame, 3.0),
+            gospa_localisation=(4.0, 0.0),
+            gospa_missed=(5.0, 0.0),
+            gospa_false=(6.0, 0.0),
             ospa=(2.0, 0.0),
             published_tracks=(5.0, 0.0),
             siap_targets=(4.0, 0.0),
@@ -267,6 +276,9 @@ def test_episode_metrics_by_hand():
             "damage_per_frame": 1 + 20 / 12,
             "missing_fraction": 2 / (4 + 6),  # frames 11 and 12
             "gospa": 6.5,
+            "gospa_localisation": 4.0,
+            "gospa_missed": 5.0,
+            "gospa_false": 6.0,
             "ospa": 2.0,
             "siap_completeness": 2 / 4,
             "siap_ambiguity": 3 / 2,
@@ -301,6 +313,9 @@ def test_what_an_episode_gives_no_ground_for_is_nan():
         "missing_targets_per_frame": 0.0,
         "damage_per_frame": 0.0,
         "gospa": 3.0,
+        "gospa_localisation": 0.0,
+        "gospa_missed": 0.0,
+        "gospa_false": 0.0,
         "ospa": 0.0,
     }
 
@@ -349,6 +364,9 @@ def _plainly(frames, scenario):
         "missing_targets_per_frame": total["missing_targets"] / len(frames),
         "missing_fraction": sum(f.now["missing_targets"] for f in late) / sum(f.now["visible_targets"] for f in late),
         "gospa": total["gospa"] / len(frames),
+        "gospa_localisation": total["gospa_localisation"] / len(frames),
+        "gospa_missed": total["gospa_missed"] / len(frames),
+        "gospa_false": total["gospa_false"] / len(frames),
         "ospa": total["ospa"] / len(frames),
         "siap_completeness": total["siap_tracked_targets"] / total["siap_targets"],
         "siap_ambiguity": total["siap_tracks"] / total["siap_tracked_targets"],
@@ -440,10 +458,11 @@ def test_the_frames_gospa_is_the_functions():
         counted = a.scored_visible[0].copy()
         counted[a.track_target[0][a.published[0] & (a.track_target[0] >= 0)]] = True
         x, y = a.track_mean[0][a.published[0], :2], a.scored_state[0][counted, :2]
-        distance, localisation, _, _ = gospa(x, y, settings.cutoff, settings.order)
+        distance, *parts = gospa(x, y, settings.cutoff, settings.order)
         values = env.worlds.metrics()
         assert values["gospa"][0] == pytest.approx(distance, abs=1e-9)
-        assert values["gospa_localisation"][0] == pytest.approx(localisation, abs=1e-9)
+        shown = [values[f"gospa_{part}"][0] for part in ("localisation", "missed", "false")]
+        assert shown == pytest.approx(parts, abs=1e-9)
         assert values["ospa"][0] == pytest.approx(ospa(x, y, settings.cutoff, settings.order), abs=1e-9)
 
 

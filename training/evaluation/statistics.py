@@ -131,10 +131,9 @@ def placed_between(values: np.ndarray, low: np.ndarray, high: np.ndarray, seed: 
     rows = rows[:, ~np.isnan(rows).any(axis=0)]
     if not rows.size or rows[2].mean() <= rows[1].mean():
         return None
-    places = _places(
-        np.concatenate([rows[:, p].mean(-1) for p in _resampled_episodes(rows.shape[0], rows.shape[1], seed)], axis=1)
-    )
-    edges = np.percentile(places, _TAILS).tolist()
+    n = rows.shape[1]
+    means = np.concatenate([rows @ counts.T / n for counts in _resampled_counts(n, seed)], axis=1)
+    edges = np.percentile(_places(means), _TAILS).tolist()
     return Bounds(float(_places(rows.mean(axis=1))), edges[0], edges[1])
 
 
@@ -153,9 +152,7 @@ def simultaneous(rows: Iterable[np.ndarray], statistic: Statistic = "mean", seed
     if np.isnan(values).any():
         raise ValueError("rows must define every episode; got NaN")
     of = interquartile_mean if statistic == "iqm" else np.mean
-    resampled = np.concatenate(
-        [of(values[:, picks], axis=-1) for picks in _resampled_episodes(values.shape[0], values.shape[1], seed)], axis=1
-    )
+    resampled = np.concatenate([of(values[:, picks], axis=-1) for picks in _resampled_episodes(values, seed)], axis=1)
     value, spread = of(values, axis=-1), resampled.std(axis=1, ddof=1)
     distance = np.abs(resampled - value[:, None])
     scaled = np.divide(distance, spread[:, None], out=np.zeros_like(distance), where=spread[:, None] > 0.0)
@@ -163,9 +160,9 @@ def simultaneous(rows: Iterable[np.ndarray], statistic: Statistic = "mean", seed
     return [Bounds(*each) for each in zip(value.tolist(), (value - reach).tolist(), (value + reach).tolist())]
 
 
-def _resampled_episodes(n_rows: int, n: int, seed: int) -> Iterator[np.ndarray]:
-    """Which episodes are drawn in a resample, int[batch, n], batch by batch."""
-    rng, batch = np.random.default_rng(seed), max(1, _BATCH_NUMBERS // (n * n_rows))
+def _resampled_episodes(rows: np.ndarray, seed: int) -> Iterator[np.ndarray]:
+    """Which episodes of `rows[R, n]` are drawn in a resample, int[batch, n], batch by batch."""
+    rng, batch, n = np.random.default_rng(seed), max(1, _BATCH_NUMBERS // rows.size), rows.shape[1]
     for first in range(0, RESAMPLES, batch):
         yield rng.integers(0, n, (min(batch, RESAMPLES - first), n))
 

@@ -35,8 +35,13 @@ class Summary(NamedTuple):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values only: null for NaN, `never` only where the metric can mean it."""
-        values = {name: None if value is None or math.isnan(value) else value for name, value in self._asdict().items()}
+        values = without_nan(self._asdict())
         return {name: value for name, value in values.items() if name != "never" or self.never is not None}
+
+
+def without_nan(values: Mapping[str, float | None]) -> dict[str, float | None]:
+    """The same with None for NaN."""
+    return {name: None if value is None or math.isnan(value) else value for name, value in values.items()}
 
 
 def summarise(metrics: Mapping[str, np.ndarray]) -> dict[str, Summary]:

@@ -13,10 +13,11 @@ from rich.text import Text
 from trust_env.errors import unknown_name
 from trust_env.metrics import METRICS
 from trust_env.training.console import format_number
-from trust_env.training.evaluation.results import Cell, Results
+from trust_env.training.evaluation.cell import Cell
+from trust_env.training.evaluation.results import DAMAGE, REFERENCES, Results
+from trust_env.training.evaluation.statistics import Bounds
 from trust_env.training.evaluation.summary import Summary
 
-DAMAGE = "damage_per_frame"
 DEFAULT_METRICS: tuple[str, ...] = (
     DAMAGE,
     "false_tracks_per_frame",
@@ -65,15 +66,20 @@ class Column(NamedTuple):
     entry: Callable[[Cell], Text]
 
 
-def columns_of(metric: str) -> list[Column]:
-    """The columns of a metric: one, but for damage, of which the interquartile mean would hide the worst quarter."""
+def columns_of(metric: str, results: Results) -> list[Column]:
+    """The columns of a metric: one, but for damage, of which the interquartile mean would hide the worst quarter, and
+    which is placed between that of two references where they were played.
+    """
     middle = Column(metric.replace("_", " "), lambda cell: _entry(cell.summary.get(metric)))
     if metric != DAMAGE:
         return [middle]
+    places = {cell.key: results.placed_damage(cell) for cell in results.cells}
+    place = [Column("{}: 0, {}: 1".format(*REFERENCES), lambda cell: _place_entry(places[cell.key]))]
     return [
         Column(f"{middle.heading}: mean", lambda cell: _mean_entry(cell.summary.get(metric))),
         Column("worst tenth's mean", lambda cell: _worst_entry(cell.summary.get(metric))),
         middle._replace(heading="IQM"),
+        *(place if any(places.values()) else []),
     ]
 
 
@@ -84,7 +90,7 @@ def result_tables(results: Results, metrics: Sequence[str], width: int) -> Itera
     widths = [max(1, min(widest, max(map(len, column)))) for column in names]
     room = width - 1 - sum(widths) - 2 * _BORDER_WIDTH
     fitting = max(1, room // (_METRIC_WIDTH + _BORDER_WIDTH))
-    columns = [column for metric in metrics for column in columns_of(metric)]
+    columns = [column for metric in metrics for column in columns_of(metric, results)]
     for first in range(0, len(columns), fitting):
         yield _table(results, columns[first : first + fitting], widths)
 
@@ -120,6 +126,10 @@ def _mean_entry(summary: Summary | None) -> Text:
 
 def _worst_entry(summary: Summary | None) -> Text:
     return _number(math.nan if summary is None else summary.worst_decile)
+
+
+def _place_entry(place: Bounds | None) -> Text:
+    return _number(math.nan) if place is None else _number(*place)
 
 
 def _number(value: float, low: float = math.nan, high: float = math.nan) -> Text:

@@ -13,7 +13,10 @@ import numpy as np
 from trust_env.metrics.agent_record import AgentRecord
 from trust_env.metrics.picture_record import PictureRecord
 from trust_env.metrics.registry import METRICS
-from trust_env.metrics.track_record import TrackRecord
+from trust_env.metrics.strata import Strata, sum_strata
+from trust_env.metrics.track_record import TrackRecord, pack
+
+RELIABILITY = ("track_trust", "agent_trust")
 
 
 class EpisodeMetrics:
@@ -28,6 +31,7 @@ class EpisodeMetrics:
             raise ValueError("metrics need the last frame of an episode: make the environment with autoreset=False")
         self._worlds = env.worlds
         self._frames = 0
+        self._missing = [np.empty(0, np.uint32)]  # the strata of missing targets
         n, settings = self._worlds.num_worlds, self._worlds.scenario.metrics
         self._picture, self._tracks = PictureRecord(n), TrackRecord(n)
         self._agents = AgentRecord(n, self._worlds.roles > 0, settings.accuse_below, settings.accuse_frames)
@@ -38,10 +42,20 @@ class EpisodeMetrics:
         arrays = self._worlds.arrays
         self._picture.update(self._frames, info if info is not None and "gospa" in info else self._worlds.metrics())
         self._tracks.update(arrays)
+        self._missing.append(pack(arrays.scored_watchers[np.nonzero(arrays.scored_missing)]))
         self._agents.update(self._frames, arrays.agent_trust, arrays.first_edit)
 
     def result(self) -> dict[str, np.ndarray]:
         """Every name of `METRICS`: float64[W], NaN where it is absent."""
-        tracks, _ = self._tracks.result()
-        found = self._picture.result(self._frames) | tracks | self._agents.result()
+        found = self._picture.result(self._frames) | self._tracks.result() | self._agents.result()
         return {name: found[name] for name in METRICS}
+
+    def reliability(self) -> dict[str, np.ndarray]:
+        """Trust in tracks and in agents as forecasts, `RELIABILITY`: float64[W, 3, N_BINS], of each tenth of [0, 1] how
+        many forecasts fell into it, their sum, and how many came true.
+        """
+        return dict(zip(RELIABILITY, (self._tracks.trust_forecasts().bins, self._agents.forecasts.bins)))
+
+    def strata(self) -> Strata:
+        """Sums over all worlds and frames by who watches, K_a adversaries and K_b benign agents."""
+        return sum_strata(self._tracks.tracks(), np.concatenate(self._missing))

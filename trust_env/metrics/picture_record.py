@@ -12,6 +12,7 @@ from trust_env.metrics.forecast_scores import ratio
 WARM_UP = 10  # frames after which a target that some FOV holds should have its track
 _SUMMED = (
     "false_tracks", "injected_tracks", "missing_targets", "published_tracks", "gospa", "ospa",
+    "gospa_localisation", "gospa_missed", "gospa_false",
     "siap_targets", "siap_tracked_targets", "siap_tracks", "siap_position_error", "siap_velocity_error",
 )  # fmt: skip
 
@@ -43,6 +44,9 @@ class PictureRecord:
             "missing_targets_per_frame": ratio(sums["missing_targets"], count),
             "missing_fraction": ratio(self._late_missing, self._late_visible),
             "gospa": ratio(sums["gospa"], count),
+            "gospa_localisation": ratio(sums["gospa_localisation"], count),
+            "gospa_missed": ratio(sums["gospa_missed"], count),
+            "gospa_false": ratio(sums["gospa_false"], count),
             "ospa": ratio(sums["ospa"], count),
             "siap_completeness": ratio(sums["siap_tracked_targets"], sums["siap_targets"]),
             "siap_ambiguity": ratio(sums["siap_tracks"], sums["siap_tracked_targets"]),

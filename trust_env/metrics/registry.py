@@ -51,6 +51,12 @@ _ENTRIES = (
         "after the first ten frames no FOV holds a target",
     ),
     Metric("gospa", "m", "higher", "GOSPA (alpha = 2) of the picture, mean over the frames"),
+    Metric(
+        "gospa_localisation", "m^p", "higher",
+        "the part of GOSPA^p that tracks assigned to targets make, mean over the frames; p is metrics.order",
+    ),
+    Metric("gospa_missed", "m^p", "higher", "the part that targets without a track make, mean over the frames"),
+    Metric("gospa_false", "m^p", "higher", "the part that tracks without a target make, mean over the frames"),
     Metric("ospa", "m", "higher", "OSPA of the picture, mean over the frames"),
     Metric(
         "siap_completeness", "1", "lower",

@@ -149,6 +149,8 @@ def _measure_distances(world):
                 scratch.truths[n_truths, axis] = scored.state[n, axis]
             n_truths += 1
     cutoff, order = world.parameters.cutoff, world.parameters.order
-    metrics.gospa, metrics.ospa, metrics.gospa_localisation, _ = set_distances(
+    metrics.gospa, metrics.ospa, metrics.gospa_localisation, assigned = set_distances(
         world, n_estimates, n_truths, cutoff, order
     )
+    unpaired = 0.5 * cutoff**order
+    metrics.gospa_missed, metrics.gospa_false = unpaired * (n_truths - assigned), unpaired * (n_estimates - assigned)

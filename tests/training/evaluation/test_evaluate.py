@@ -17,7 +17,7 @@ import trust_env
 import trust_env.training.evaluation.run_folder as run_folder
 from trust_env import files, training
 from trust_env.agents import Player
-from trust_env.metrics import METRICS, EpisodeMetrics
+from trust_env.metrics import METRICS, RELIABILITY, EpisodeMetrics
 from trust_env.training.evaluation.results import Results
 
 SMALL = {"scenario": "trio(horizon=25)", "episodes": 6, "seed": 3, "progress": False}
@@ -37,14 +37,14 @@ def test_results_json_holds_every_cell_with_intervals(run):
     with open(f"{out}/results.json", encoding="utf-8") as file:
         written = json.load(file)
     assert written == results.to_dict()
-    assert list(written) == ["scenario", "seed", "episodes", "version", "cells"]
+    assert list(written) == ["scenario", "seed", "episodes", "version", "cells", "pooled"]
     assert (written["scenario"], written["seed"], written["episodes"]) == ("trio", 3, 6)
     assert written["version"] == trust_env.parallel_env("trio").metadata["name"] == "trust_env_v0"
     cells = [(cell["attack"], cell["defense"]) for cell in written["cells"]]
     attack = "optimal_false_positive(n=1)"
     assert cells == [(a, d) for a in ("honest", attack) for d in ("score", "trust(preset=cdc2024)")]
     for cell in written["cells"]:
-        assert set(cell) == {"attack", "defense", "metrics"}
+        assert set(cell) == {"attack", "defense", "metrics", "pooled", "strata"}
         for name, values in cell["metrics"].items():
             assert name in METRICS
             assert list(values)[:7] == ["mean", "worst_decile", "iqm", "low", "high", "mean_low", "mean_high"]
@@ -62,7 +62,7 @@ def test_results_json_holds_every_cell_with_intervals(run):
 def test_results_parquet_has_a_row_per_episode(run):
     results, out = run
     table = pq.read_table(f"{out}/results.parquet")
-    assert table.column_names == [*IDS, *METRICS]
+    assert table.column_names == [*IDS, *METRICS, *(f"{kind}_bins" for kind in RELIABILITY)]
     rows = table.to_pylist()
     assert len(rows) == 4 * 6
     assert [row["world"] for row in rows[:6]] == [0, 1, 2, 3, 4, 5]
