@@ -50,7 +50,7 @@ def lengths_of(scenario: Scenario, defense: BuiltIn | Defense) -> dict[str, int]
     n["S"] = n["R"] + 1
     n["C"] = max(n["J"], n["N"], n["L"])
     n["P"] = max(n["D"] * n["C"], n["L"] * n["J"], n["J"] * n["N"])
-    return n | (defense.lengths() if isinstance(defense, BuiltIn) else {})
+    return n | (defense.lengths(scenario.n_agents) if isinstance(defense, BuiltIn) else {})
 
 
 def scales_of(scenario: Scenario) -> Scales:

@@ -9,6 +9,7 @@ from types import ModuleType
 from typing import Any
 
 from trust_env.defenses.base import BuiltIn, Defense, Evidence, Shape, Verdict, fits_publication
+from trust_env.defenses.joint_posterior import JointPosterior
 from trust_env.defenses.majority import Majority
 from trust_env.defenses.score import Score
 from trust_env.defenses.trust import Trust
@@ -16,7 +17,7 @@ from trust_env.errors import unknown_name
 from trust_env.spec import load_object, parse
 from trust_env.user_code import construct, missing_methods
 
-DEFENSES: dict[str, type[BuiltIn]] = {"score": Score, "trust": Trust, "majority": Majority}
+DEFENSES: dict[str, type[BuiltIn]] = {"score": Score, "trust": Trust, "majority": Majority, "joint_posterior": JointPosterior}
 
 __all__ = [
     "DEFENSES",

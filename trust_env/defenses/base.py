@@ -129,11 +129,13 @@ class BuiltIn:
 
     parameters, memory: fields by name, as in `trust_env.world.fields` ("f8 K 2 | meaning"), which the kernels
     read as `world.NAME.field`, NAME being the defense's in the registry; an axis may be a letter of `lengths`.
+    scratch: the same of what is only needed while a frame is judged.
     needs_innovations: whether `evidence.innovation`, `innovation_cov` and `distance2` are kept.
     """
 
     parameters: ClassVar[Mapping[str, str]] = {}
     memory: ClassVar[Mapping[str, str]] = {}
+    scratch: ClassVar[Mapping[str, str]] = {}
     needs_innovations: ClassVar[bool] = False
 
     @staticmethod
@@ -150,7 +152,7 @@ class BuiltIn:
         """What the kernels find in the fields of `parameters`."""
         return {}
 
-    def lengths(self) -> dict[str, int]:
+    def lengths(self, n_agents: int) -> dict[str, int]:
         """Lengths of axes that only this defense has."""
         return {}
 
