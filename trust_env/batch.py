@@ -13,12 +13,12 @@ import numpy as np
 from trust_env import frame
 from trust_env.compiled.layout import ACTIONS, ROW, SCRATCH, aligned_zeros
 from trust_env.compiled.threads import WorkerThreads, threads_available, threads_for
-from trust_env.defenses import BuiltIn, Defense, Evidence, Shape, build_defense
+from trust_env.defenses import BuiltIn, Defense, Evidence, Shape, TrackerBelief, build_defense
 from trust_env.defenses.verdict import apply_verdict
 from trust_env.errors import positive_int
 from trust_env.exclusive import ExclusiveUse
 from trust_env.parameters import Parameters
-from trust_env.scenario import Scenario, load_scenario
+from trust_env.scenario import Fovs, Scenario, load_scenario
 from trust_env.spaces.action import ActionTable
 from trust_env.spaces.observation import ObservationTable
 from trust_env.user_code import call, source_of
@@ -186,7 +186,8 @@ class Batch:
     def evidence(self) -> Evidence:
         """The present frame's evidence; live views, so copy what must outlast the frame."""
         if self._evidence is None:
-            self._evidence = Evidence.of(self.arrays)
+            fovs = Fovs.of(self.scenario, np.arange(self.scenario.n_agents))
+            self._evidence = Evidence.of(self.arrays, TrackerBelief.of(self.parameters.__getitem__), fovs)
         return self._evidence
 
     def metrics(self) -> dict[str, np.ndarray]:

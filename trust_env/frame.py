@@ -20,6 +20,7 @@ from trust_env.defenses import DEFENSES, BuiltIn
 from trust_env.defenses.base import clear_verdict, weigh_agents
 from trust_env.spaces.observation import observe
 from trust_env.world.agents import place_agents
+from trust_env.world.coverage import forget_coverage
 from trust_env.world.editing import edit_reports
 from trust_env.world.evidence import gather_evidence
 from trust_env.world.fields import WORLD_GROUPS
@@ -54,9 +55,12 @@ def start_episode(world):
         world.verdict.agent_weight[k] = 1.0
         world.rewards.reward[k], world.rewards.last_agent_trust[k] = 0.0, np.nan
     overflow, world.clock.frame = world.overflow, 0
-    overflow.detections, overflow.injections, overflow.evicted_tracks, overflow.dropped_births = 0, 0, 0, 0
+    overflow.detections, overflow.injections, overflow.unfused_tracks = 0, 0, 0
+    overflow.evicted_tracks, overflow.dropped_births = 0, 0
     clear_verdict(world)
     draw_picture(world)
+    if world.parameters.keep_coverage:
+        forget_coverage(world)
     place_agents(world)
     place_targets(world)
 

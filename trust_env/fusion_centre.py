@@ -201,7 +201,8 @@ def replay_evidence(
 
     frames: mappings with track_id int[J] (confirmed tracks; a track keeps its id) and expected, detected,
     held: bool[K, J]. A defense that looks at more than that (`mate` weighs by distance and age) finds each
-    track at distance 0 and old unless the frame gives track_mean[J, 4], poses[K, 3] and hits int[J].
+    track at distance 0 and old unless the frame gives track_mean[J, 4], poses[K, 3] and hits int[J]; an agent
+    hit what it detected unless the frame gives hit bool[K, J]; innovations are NaN, and no cell is covered.
     agent_priors: {agent: (mean, precision)}, for `trust`. dt: s between frames. Raises ValueError for arrays
     of wrong shape or ids that are repeated within a frame.
     """
@@ -249,9 +250,10 @@ def _judge_frame(worlds: Batch, frame: Mapping[str, np.ndarray]) -> ReplayedFram
     a.track_id[0, columns], a.track_status[0, columns], a.track_to_delete[...] = ids, CONFIRMED, False
     a.track_age[0, columns] += 1
     a.track_count[...] = columns.max(initial=-1) + 1
-    for name in ("expected", "detected", "held"):
+    for name in ("expected", "detected", "hit", "held"):
         a[name][...] = False
-        a[name][0][:, columns] = frame[name].astype(bool)
+        a[name][0][:, columns] = frame.get(name, frame["detected"]).astype(bool)
+    a.inside[...], a.innovation[...], a.innovation_cov[...], a.distance2[...] = a.expected, np.nan, np.nan, np.nan
     a.pose[0] = frame.get("poses", np.zeros_like(a.pose[0]))
     a.track_mean[0, columns] = frame.get("track_mean", np.zeros((len(ids), 4)))
     a.track_hits[0, columns] = frame.get("hits", np.full(len(ids), 1000))

@@ -21,7 +21,7 @@ class Surprise(BuiltIn):
 
     parameters: ClassVar = {"rate": "f8"}
     memory: ClassVar = {"mean": "f8 G K | of d², in the last frames"}
-    needs_innovations: ClassVar = True
+    needs: ClassVar = ("innovations",)
 
     def __init__(self, rate: float = 0.25, frames: int = 3):
         self.rate, self.frames = rate, frames

@@ -35,7 +35,7 @@ def test_patrol_has_the_numbers_of_the_design() -> None:
     assert agent.position is None  # drawn at every reset
     assert agent.fov.area == pytest.approx(math.pi * 350**2)
     assert agent.sensor.covariance == ((25.0, 0.0), (0.0, 25.0))
-    assert agent.belief.model_dump() == {"p_detect": 0.9, "beta_fp": 1e-6, "beta_nt": 1e-9}
+    assert agent.belief.model_dump(exclude_none=True) == {"p_detect": 0.9, "beta_fp": 1e-6, "beta_nt": 1e-9}
     assert agent.budget.model_dump() == {"injections": 0, "suppressions": 16}
     assert patrol.agent(0).budget.model_dump() == {"injections": 4, "suppressions": 16}
 

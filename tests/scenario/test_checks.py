@@ -119,6 +119,27 @@ def test_everything_that_is_wrong_is_listed_at_once(error_of) -> None:
     ])  # fmt: skip
 
 
+def test_everything_that_is_wrong_with_several_agents_is_listed_at_once(error_of) -> None:
+    """Types and ranges of one entry hide neither the geometry of another nor what is not in the list at all."""
+    found = error_of({
+        "agents": [
+            {"role": "benign", "fov": {"radius": -3}, "sensor": {"p_detect": 3}},
+            {"role": "bening", "position": [0], "fov": {"type": "sector", "width": 9}, "belief": {"beta_fp": -1}},
+            {"fov": {"type": "polygon", "vertices": [[0, 0], [1, 1], [2, 2]]},
+             "sensor": {"sigma": 1, "noise_cov": [[1, 0], [0, 1]]}},
+            5,
+        ],
+        "tracker": {"gate": 2, "confirm_m": 9, "confirm_n": 3},
+        "injections": [{"agent": 1, "position": [0, 0]}, {"agent": 7, "position": [0, 0]}],
+    }).splitlines()  # fmt: skip
+    fields = [line.removeprefix("mapping: ").split(" = ")[0].split(":")[0] for line in found]
+    assert sorted(fields) == sorted([
+        "agents[0].fov.radius", "agents[0].sensor.p_detect", "agents[1].role", "agents[1].position",
+        "agents[1].fov.width", "agents[1].belief.beta_fp", "agents[2].role", "agents[2].fov.vertices",
+        "agents[2].sensor.sigma", "agents[3]", "tracker.gate", "tracker.confirm_m", "injections[1].agent",
+    ])  # fmt: skip
+
+
 def test_what_a_default_contradicts_is_not_listed(error_of) -> None:
     """`injection.slots` fits no default of `max_detections`, but that is not what the user wrote."""
     found = error_of({"sensor": {"max_detections": 0}, "injection": {"slots": 20}, "tracker": {"confirm_n": 99}})

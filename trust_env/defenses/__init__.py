@@ -8,8 +8,13 @@ import sys
 from types import ModuleType
 from typing import Any
 
+<<<<<<< HEAD
 from trust_env.defenses.base import BuiltIn, Defense, Evidence, Shape, Verdict, fits_publication
 from trust_env.defenses.joint_posterior import JointPosterior
+=======
+from trust_env.defenses.base import BuiltIn, Defense, Verdict, fits_publication
+from trust_env.defenses.evidence import Evidence, Shape, TrackerBelief
+>>>>>>> main
 from trust_env.defenses.majority import Majority
 from trust_env.defenses.score import Score
 from trust_env.defenses.trust import Trust
@@ -25,6 +30,7 @@ __all__ = [
     "Defense",
     "Evidence",
     "Shape",
+    "TrackerBelief",
     "Verdict",
     "build_defense",
     "fits_publication",

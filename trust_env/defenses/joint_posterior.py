@@ -110,7 +110,7 @@ class JointPosterior(BuiltIn):
         "others_seen": "f8 Sets",
         "region_count": "f8 Regions",
     }
-    needs_innovations: ClassVar = True
+    needs: ClassVar = ("innovations", "inside", "coverage")
 
     def __init__(
         self,

@@ -94,6 +94,7 @@ class Belief(Part):
     p_detect: OpenProbability
     beta_fp: Density  # false positives per m^2
     beta_nt: BirthDensity  # new targets per m^2
+    compromised: OpenProbability | None  # prior probability that the agent is; None: left to the defense
 
 
 class Budget(Part):
@@ -118,6 +119,7 @@ class BeliefDifference(Part):
     p_detect: OpenProbability | None = None
     beta_fp: Density | None = None
     beta_nt: BirthDensity | None = None
+    compromised: OpenProbability | None = None
 
 
 class BudgetDifference(Part):

@@ -124,6 +124,11 @@ def _roster(scenario: ScenarioFields) -> tuple[Location, ...]:
     return tuple(("agents", k, name) for k in range(len(scenario.agents)) for name in ("role", "budget"))
 
 
+def _count(scenario: ScenarioFields) -> tuple[Location, ...]:
+    """The fields that say how many agents there are: those of the team, or how long the list is."""
+    return _TEAM if scenario.agents is None else (("agents", "count"),)
+
+
 def _injections(scenario: ScenarioFields) -> list[Problem]:
     problems: list[Problem] = []
     given, roster = Counter[int](), _roster(scenario)
@@ -132,7 +137,7 @@ def _injections(scenario: ScenarioFields) -> list[Problem]:
         given[k] += 1
         if k >= scenario.n_agents:
             text = f"expected the index of an agent, 0 to {scenario.n_agents - 1}"
-            problems.append(Problem(("injections", i, "agent"), k, text, roster))
+            problems.append(Problem(("injections", i, "agent"), k, text, _count(scenario)))
         elif given[k] > (budget := scenario.budget_of(scenario.entries[k]).injections):
             text = f"expected at most {budget} injections of {scenario.agent_names[k]}, its budget per frame"
             problems.append(Problem(("injections", i, "agent"), k, text, (*roster, ("injection",))))

@@ -23,8 +23,8 @@ def bytes_by_field(scenario: ScenarioFields) -> dict[Location, float]:
     shared = 1 + k * (scenario.coordination == "shared")
     observed = {_DETECTIONS: 6 * d * shared, _TRACKS: j * _OBSERVED_PER_TRACK[scenario.knowledge]}
     return {
-        _DETECTIONS: k * (60 * d + 4 * observed[_DETECTIONS]) + 16 * d * max(j, n, local),
-        _TRACKS: j * (350 + 90 * k + 16 * n) + 4 * k * observed[_TRACKS],
+        _DETECTIONS: k * (1600 + 60 * d + 4 * observed[_DETECTIONS]) + 16 * d * max(j, n, local),
+        _TRACKS: j * (350 + 140 * k + 16 * n) + 4 * k * observed[_TRACKS],
         _LOCAL_TRACKS: local * (240 * k + 16 * j),
         _TARGETS: 70.0 * n,
     }

@@ -91,6 +91,8 @@ class Tracker(Part):
     process_noise: ProcessNoise  # m^2/s^3
     initial_velocity_variance: Variance  # (m/s)^2
     gate: OpenProbability
+    fusion: Literal["sequential", "trimmed_mean", "residual_clique", "secure_estimate"]
+    fusion_tolerance: Annotated[Whole, Within(0, MAX_AGENTS)]  # l, wrong hits of a track
     alpha: OpenProbability
     beta: OpenProbability
     confirmation: Literal["score", "m_of_n", "score_or_hits"]

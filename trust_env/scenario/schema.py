@@ -92,7 +92,8 @@ class ScenarioFields(Part):
         believed = _apply_difference(self.tracker, entry.belief)
         beta_fp = believed["beta_fp"] or self.sensor_of(entry).clutter_density
         beta_nt = believed["beta_nt"] or 1e-3 * beta_fp
-        return Belief(p_detect=believed["p_detect"], beta_fp=beta_fp, beta_nt=beta_nt)
+        compromised = None if entry.belief is None else entry.belief.compromised
+        return Belief(p_detect=believed["p_detect"], beta_fp=beta_fp, beta_nt=beta_nt, compromised=compromised)
 
     def budget_of(self, entry: AgentEntry) -> Budget:
         """The agent's own budget, else that of its role, within the slots there are."""

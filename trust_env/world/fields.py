@@ -3,8 +3,8 @@
 A world is one row of bytes; what all worlds share is one more buffer, the parameters; what a frame scribbles on
 is a third, one per thread. Kernels read `world.agents.pose[k]`; outside, `arrays.pose[w, k]` is the same. Axes:
 K agents, N targets, D detections of an agent, J central tracks, L local tracks, A action entries, O observation
-entries, F numbers of an FOV, T recorded frames; R rows, C columns and P pairs of an assignment. A defense declares
-fields of its own, in a group of its name.
+entries, F numbers of an FOV, T recorded frames, Q cells of the coverage; R rows, C columns and P pairs of an
+assignment. A defense declares fields of its own, in a group of its name.
 """
 
 from __future__ import annotations
@@ -101,11 +101,13 @@ _ROW: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "injections": "i8 | the same of injections",
         "evicted_tracks": "i8 | tentative tracks that gave way to a birth in a full store",
         "dropped_births": "i8 | births for which there was no room",
+        "unfused_tracks": "i8 | tracks with too few hits for the fusion rule, which kept their prediction",
     }),
     "tracks": ("track_", _tracks("J")),
     "evidence": ("", {
         "expected": "b1 K J | the FOV holds the track",
         "detected": "b1 K J | a detection is near the track",
+        "hit": "b1 K J | a detection was assigned to the track",
         "held": "b1 K J | a confirmed local track is near the track",
         "assignment": "i8 K D | track column; -1: none",
         "agent_score": "f8 K J | nats, what the agent has contributed to the track's score",
@@ -120,10 +122,16 @@ _ROW: Mapping[str, tuple[str, Mapping[str, str]]] = {
     "players": ("", {"observation": "f4 K O"}),
 }  # fmt: skip
 # What only some defenses need: last in the row, so that the others' worlds stay close together.
-_INNOVATIONS = {
+_ON_REQUEST = {
     "innovation": "f8 K J 2 | m, of the hits; NaN: no hit",
     "innovation_cov": "f8 K J 2 2 | m^2",
     "distance2": "f8 K J | squared Mahalanobis distance",
+    "predicted_mean": "f8 J 4 | m, m/s, before the frame's first report; NaN: the track is new",
+    "predicted_cov": "f8 J 4 4",
+    "inside": "f8 K J | probability that the track lies in the FOV",
+    "cell_area": "f8 | m^2, of a cell of the coverage",
+    "covered": "b1 K Q | the FOV holds the middle of the cell",
+    "covered_pose": "f8 K 3 | m, m, rad: the poses of this coverage; NaN: none yet",
 }  # fmt: skip
 
 _PARAMETERS: Mapping[str, tuple[str, Mapping[str, str]]] = {
@@ -132,6 +140,7 @@ _PARAMETERS: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "actuation": "i8 | its code in world.picture",
         "defense": "i8 | its number in the registry; -1: a user's own",
         "keep_innovations": "i8 | whether the defense wants them",
+        "keep_predictions": "i8", "keep_inside": "i8", "keep_coverage": "i8",
         # tracker
         "confirmation": "i8 | its code in world.tracking.score",
         "confirm_m": "i8", "confirm_n": "i8", "confirm_hits": "i8",
@@ -142,6 +151,7 @@ _PARAMETERS: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "process_noise": "f8 | m^2/s^3",
         "velocity_variance": "f8 | (m/s)^2, of a new track",
         "gate": "f8 | limit of the squared Mahalanobis distance",
+        "fusion": "i8 | its code in world.tracking.fusion", "fusion_tolerance": "i8 | l, wrong hits of a track",
         # evidence, metrics, rewards
         "near_distance": "f8 | m", "hold_distance": "f8 | m", "match_distance": "f8 | m",
         "cutoff": "f8 | m, of GOSPA and OSPA", "order": "f8 | of GOSPA and OSPA",
@@ -159,6 +169,8 @@ _PARAMETERS: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "noise_cov": "f8 K 2 2 | m^2, R", "noise_chol": "f8 K 2 2 | its Cholesky factor",
         "injection_budget": "i8 K", "suppression_budget": "i8 K",
         "initial_score": "f8 K | nats, L_0", "hit_constant": "f8 K | nats", "miss_gain": "f8 K | nats",
+        "believed_p_detect": "f8 K", "believed_beta_fp": "f8 K | 1/m^2", "believed_beta_nt": "f8 K | 1/m^2",
+        "prior_compromised": "f8 K | probability that the agent is compromised; NaN: not said",
     }),
     "targets": ("target_", {
         "source": "i8 | its code in world.targets",
@@ -193,6 +205,10 @@ _SCRATCH: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "columns": "i8 C | of the listed tracks", "inside": "b1 C | the FOV holds it",
         "gain": "f8 C | nats, of every track's score", "assignment": "i8 R | of every detection",
     }),
+    "kept": ("kept_", {
+        "hits": "i8 U | how many, of every track; U = J where a fusion rule wants them",
+        "point": "f8 U K 2 | m", "noise": "f8 U K 2 2 | m^2, R/w", "chosen": "b1 K", "ordered": "f8 K | m",
+    }),
     "scratch": ("scratch_", {
         "rank": "f8 D | m^2, squared distances of an agent's list", "listing": "i8 C",
         "estimates": "f8 R 2 | m", "truths": "f8 C 2 | m", "counted": "b1 C",
@@ -203,7 +219,7 @@ for _buffer, _groups in ((ROW, _ROW), (PARAMETERS, _PARAMETERS), (SCRATCH, _SCRA
     for _group, (_prefix, _fields) in _groups.items():
         declare(_group, _prefix, _buffer, _fields)
 declare("local_tracks", "local_", ROW, _tracks("L", "K"), twin="tracks")
-declare("evidence", "", ROW, _INNOVATIONS)
+declare("evidence", "", ROW, _ON_REQUEST)
 declare("players", "", ACTIONS, {"action": "f8 K A | in [-1, 1], beyond it clipped"})
 
 WORLD_GROUPS = tuple(GROUPS)  # what every world has
