@@ -140,6 +140,7 @@ class Parameters:
         fov, shape, belief = agent.fov, agent.fov.shape, agent.belief
         values = {
             "role": ROLES[agent.role],
+            "platform": s.platforms[k],
             "start_pose": (*(agent.position or (0.0, 0.0)), agent.heading),
             "pose_drawn": agent.position is None,
             "fov_shape": list(SHAPES).index(fov.type),

@@ -8,13 +8,9 @@ import sys
 from types import ModuleType
 from typing import Any
 
-<<<<<<< HEAD
-from trust_env.defenses.base import BuiltIn, Defense, Evidence, Shape, Verdict, fits_publication
-from trust_env.defenses.joint_posterior import JointPosterior
-=======
 from trust_env.defenses.base import BuiltIn, Defense, Verdict, fits_publication
 from trust_env.defenses.evidence import Evidence, Shape, TrackerBelief
->>>>>>> main
+from trust_env.defenses.joint_posterior import JointPosterior
 from trust_env.defenses.majority import Majority
 from trust_env.defenses.score import Score
 from trust_env.defenses.trust import Trust
@@ -22,7 +18,12 @@ from trust_env.errors import unknown_name
 from trust_env.spec import load_object, parse
 from trust_env.user_code import construct, missing_methods
 
-DEFENSES: dict[str, type[BuiltIn]] = {"score": Score, "trust": Trust, "majority": Majority, "joint_posterior": JointPosterior}
+DEFENSES: dict[str, type[BuiltIn]] = {
+    "score": Score,
+    "trust": Trust,
+    "majority": Majority,
+    "joint_posterior": JointPosterior,
+}
 
 __all__ = [
     "DEFENSES",

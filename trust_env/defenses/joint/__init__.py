@@ -1,1 +1,1 @@
-"""The parts of `joint_posterior`: hypotheses, looks, patterns, velocities, areas, posterior."""
+"""The parts of `joint_posterior`: hypotheses, looks, patterns, motions, areas, posterior."""
