@@ -18,6 +18,7 @@ from trust_env.defenses.base import ACCEPT, BuiltIn
 from trust_env.defenses.joint.areas import RATE, count_alone, learn_dispersion, survey, weigh_counts
 from trust_env.defenses.joint.hypotheses import (
     EXACT,
+    MOST_AGENTS,
     MOST_EXACT,
     MOST_SETS,
     PLAIN,
@@ -57,7 +58,7 @@ class JointPosterior(BuiltIn):
     adversary withholds a target (`withheld`), and how false tracks differ from targets (mode: not at all, they stand
     still, they fit too well); the behaviour that does least has the prior `dormant`, the others share the rest.
     Exact for up to ten agents; of more, sets of at most `most` adversaries are considered, which a warning says
-    when the worlds are built, and above 8192 sets it raises ValueError.
+    when the worlds are built; more than 8192 such sets or 62 agents raise ValueError then.
 
     Each term rests on an assumption, and can be switched off:
 
@@ -100,7 +101,9 @@ class JointPosterior(BuiltIn):
         "least": "f8 | of an agent's likelihood, in units of its greatest",
         "ln_eps": "f8 | ln ε",
         "ln_not_eps": "f8 | ln(1 - ε)",
-        **dict.fromkeys(("pi", "kappa", "r", "gamma", "memory", "tau", "gap", "platform_prior", "platform_share"), "f8"),
+        **dict.fromkeys(
+            ("pi", "kappa", "r", "gamma", "memory", "tau", "gap", "platform_prior", "platform_share"), "f8"
+        ),
         **dict.fromkeys(("cap_track", "cap_dead", "cap_motion", "cap_fit", "cap_count"), "f8 | nats"),
         **dict.fromkeys(("counts", "edges", "departures"), "f8 | 1: on"),
     }
@@ -196,6 +199,8 @@ class JointPosterior(BuiltIn):
 
     def lengths(self, n_agents: int) -> dict[str, int]:
         tables, sets = self._behaviours(), count_sets(n_agents, self._given["most"])
+        if n_agents > MOST_AGENTS:
+            raise ValueError(f"joint_posterior: there are {n_agents} agents; expected at most {MOST_AGENTS}")
         if sets > MOST_SETS:
             raise ValueError(
                 f"joint_posterior: most = {self._given['most']}: {n_agents} agents have {sets} sets of at most so many "

@@ -13,6 +13,7 @@ from trust_env.compiled.kernels import kernel
 
 MOST_EXACT = 10  # agents up to which all sets are hypotheses
 MOST_SETS = 2**13
+MOST_AGENTS = 62  # bits of a set
 NOBODY, TOGETHER, ALONE = range(3)  # who of a set watches a track: none, some and others too, only they
 PLAIN, STANDING, EXACT = range(3)  # modes of a coalition: its false tracks are like targets, stand still, fit too well
 
@@ -118,11 +119,10 @@ def weigh_priors(world):
 @kernel
 def _leads_platform(world, k):
     """Whether no agent before k has its platform type."""
-    platform = world.agents.platform
+    platform, before = world.agents.platform, 0
     for other in range(k):
-        if platform[k] >= 0 and platform[other] == platform[k]:
-            return False
-    return True
+        before += platform[k] >= 0 and platform[other] == platform[k]
+    return before == 0
 
 
 @kernel

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from trust_env.compiled.kernels import kernel
+from trust_env.compiled.kernels import inlined, kernel
 from trust_env.world.tracking.track_store import EMPTY
 
 LARGE_FIT = 9.0  # d² from which on all hits fit equally badly
 FIT_AGE = 3  # frames from which on d² says something: before, the filter is young
-LEAST_INSIDE = 1e-3  # probability that a track which an agent hits lies in its FOV, at least
+LEAST_INSIDE = 0.01  # negligible probability that a track lies in an FOV
 MOST_ABSENT = 8.0  # looks
 MOST_MOTION = 20.0  # nats
 MEAN_HITS = 50.0  # over which the mean of a track's hits is taken
@@ -32,9 +32,10 @@ def forget_track(world, j):
 def count_looks(world):
     """Hits h, looks n and the log-likelihood of a real track, all of which forget by γ at each look.
 
-    With p the probability that the track lies in the FOV, a hit says ln(P_D p) and a miss ln(1 - P_D p), which is
-    ln(1 - P_D p)/ln(1 - P_D) of a look. Expected, not hit and yet detected is no look: another track may have
-    taken the detection.
+    With p the probability that the track lies in the FOV, a hit says ln(P_D p) and a miss ln(1 - P_D p²), which is
+    ln(1 - P_D p²)/ln(1 - P_D) of a look: p², as a track near the edge stays there for a while, and misses in a row
+    are not independent. Not to be hit where p is negligible is no look, nor is it to be detected and not hit: another
+    track may have taken the detection.
     """
     evidence = world.evidence
     for j in range(world.tracks.count):
@@ -42,14 +43,22 @@ def count_looks(world):
             for k in range(evidence.hit.shape[0]):
                 if evidence.hit[k, j]:
                     _count_hit(world, k, j)
-                elif evidence.expected[k, j] and not evidence.detected[k, j]:
+                elif not evidence.detected[k, j] and _in_view(world, k, j) > LEAST_INSIDE:
                     _count_miss(world, k, j)
+
+
+@inlined
+def _in_view(world, k, j):
+    """p; without edges 1 for all that the FOV is expected to hold."""
+    if world.joint_posterior.edges == 0.0:
+        return 1.0 if world.evidence.expected[k, j] or world.evidence.hit[k, j] else 0.0
+    return world.evidence.inside[k, j]
 
 
 @kernel
 def _count_hit(world, k, j):
     joint, gamma, distance2 = world.joint_posterior, world.joint_posterior.gamma, world.evidence.distance2[k, j]
-    inside = 1.0 if joint.edges == 0.0 else max(world.evidence.inside[k, j], LEAST_INSIDE)
+    inside = max(_in_view(world, k, j), LEAST_INSIDE)
     joint.hits[k, j], joint.looks[k, j] = gamma * joint.hits[k, j] + 1.0, gamma * joint.looks[k, j] + 1.0
     joint.seen[k, j] = gamma * joint.seen[k, j] + math.log(world.agents.believed_p_detect[k] * inside)
     if world.tracks.age[j] >= FIT_AGE and not np.isnan(distance2):
@@ -60,8 +69,7 @@ def _count_hit(world, k, j):
 @kernel
 def _count_miss(world, k, j):
     joint, gamma = world.joint_posterior, world.joint_posterior.gamma
-    inside = 1.0 if joint.edges == 0.0 else world.evidence.inside[k, j]
-    missed = math.log1p(-world.agents.believed_p_detect[k] * inside)
+    missed = math.log1p(-world.agents.believed_p_detect[k] * _in_view(world, k, j) ** 2)
     joint.hits[k, j] *= gamma
     joint.looks[k, j] = gamma * joint.looks[k, j] + missed / world.agents.miss_gain[k]
     joint.seen[k, j] = gamma * joint.seen[k, j] + missed

@@ -25,17 +25,21 @@ def weigh_motion(world, j):
     The estimate v̂ with variance P comes from the prior N(0, V I), V being that of a new track. Without the prior
     it is v̂/(1 - P/V) with variance PV/(V - P), which under scale c is N(0, (σ_c² + PV/(V - P)) I).
     """
-    joint, mean, cov, scales = world.joint_posterior, world.tracks.mean[j], world.tracks.cov[j], world.joint_posterior.scales
-    prior = world.parameters.velocity_variance
+    joint, mean, cov, prior = (
+        world.joint_posterior,
+        world.tracks.mean[j],
+        world.tracks.cov[j],
+        world.parameters.velocity_variance,
+    )
     variance = max(0.5 * (cov[2, 2] + cov[3, 3]), 1e-9 * prior)
     known = max(1.0 - variance / prior, LEAST_KNOWN)
     squared, variance = (mean[2] * mean[2] + mean[3] * mean[3]) / (known * known), variance / known
     joint.motion[j, 0] = top = joint.stands[j]
-    for s in range(1, scales.shape[0]):
-        own, usual = variance + scales[s] * prior, variance + prior
+    for s in range(1, joint.scales.shape[0]):
+        own, usual = variance + joint.scales[s] * prior, variance + prior
         joint.motion[j, s] = math.log(usual / own) - 0.5 * squared * (1.0 / own - 1.0 / usual)
         top = max(top, joint.motion[j, s])
-    for s in range(scales.shape[0]):
+    for s in range(joint.scales.shape[0]):
         joint.motion[j, s] = math.exp(joint.motion[j, s] - top)
 
 
@@ -77,8 +81,8 @@ def learn_motion(world, j, a):
 @kernel
 def weigh_modes(world, c, j, a):
     """`mark[c, A, mode]`: likelihood ratios of a false track of set a to one that is like real ones."""
-    joint, mark, limit = world.joint_posterior, world.joint_posterior.mark[c, a], math.exp(world.joint_posterior.cap_motion)
-    real = motion_of_real(world, j, a)
+    joint, mark = world.joint_posterior, world.joint_posterior.mark[c, a]
+    limit, real = math.exp(joint.cap_motion), motion_of_real(world, j, a)
     standing = min(limit, max(1.0 / limit, joint.motion[j, 0] / max(real, 1e-300)))
     mark[PLAIN] = 1.0
     mark[STANDING] = 1.0 - MARKED + MARKED * standing
