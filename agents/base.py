@@ -21,7 +21,7 @@ from trust_env.spec import Spec
 from trust_env.world.random import POLICY, uniforms
 
 # What random numbers are for. The index of a stream has 24 bits: here 6 of agent, 4 of purpose, 14 of index.
-ACTION, PLACE, MOVE, FIRE, CHOOSE, CANDIDATE = range(6)
+ACTION, PLACE, MOVE, FIRE, CHOOSE, CANDIDATE, NOISE = range(7)
 MOST_DRAWS = 1 << 14
 
 _Rows = np.ndarray | slice
@@ -62,6 +62,7 @@ class Policy:
     knowledge: str = "own"  # the least knowledge level that it needs
     scripted: ClassVar[bool] = True  # False: it plays what was trained
     policy_parameters: ClassVar[tuple[str, ...]] = ()  # those that are policies; the registry builds them
+    unsearched: ClassVar[tuple[str, ...]] = ()  # those that a search leaves as they are
 
     _context: PolicyContext | None = None
     frame: np.ndarray  # int[W], frames since the episode began

@@ -82,6 +82,21 @@ def non_negative_or_none(owner: str, name: str, value: Any, unit: str, meaning: 
     return number
 
 
+def angle(owner: str, name: str, value: Any) -> float:
+    """A finite number, in radians."""
+    number = _finite(value)
+    if number is None:
+        raise invalid(owner, name, value, "a number (rad)")
+    return number
+
+
+def true_or_false(owner: str, name: str, value: Any) -> bool:
+    """True or False."""
+    if not isinstance(value, bool):
+        raise invalid(owner, name, value, "True or False")
+    return value
+
+
 def one_of(owner: str, name: str, value: Any, known: Iterable[str]) -> str:
     """One of the known names."""
     names = tuple(known)

@@ -8,10 +8,17 @@ from collections.abc import Mapping
 from typing import Any
 
 from trust_env.agents.attacks.baseline import Honest, Random
-from trust_env.agents.attacks.false_positive import FalsePositive
-from trust_env.agents.attacks.shared_false_positives import FovAware, OptimalFalsePositive
-from trust_env.agents.attacks.suppression import Suppress
+from trust_env.agents.attacks.by_turns import ByTurns
+from trust_env.agents.attacks.false_positive import Burst, FalsePositive
+from trust_env.agents.attacks.flood import Flood
+from trust_env.agents.attacks.followed_targets import Drag, Steal
+from trust_env.agents.attacks.local_majority import Collusion, Framing
+from trust_env.agents.attacks.outward import Outward
+from trust_env.agents.attacks.replay import Replay
+from trust_env.agents.attacks.shared_false_positives import OptimalFalsePositive
+from trust_env.agents.attacks.suppression import SelectiveSuppress, Suppress
 from trust_env.agents.attacks.timing import OnOff, Sleeper
+from trust_env.agents.attacks.unseen_false_positives import Exclusive, FovAware, Stealth
 from trust_env.agents.base import Policy, PolicyLike
 from trust_env.agents.learned.policy import Learned
 from trust_env.agents.parameters import construct
@@ -24,8 +31,20 @@ POLICIES: dict[str, type[Policy]] = {
     "random": Random,
     "false_positive": FalsePositive,
     "optimal_false_positive": OptimalFalsePositive,
-    "suppress": Suppress,
+    "outward": Outward,
+    "exclusive": Exclusive,
+    "stealth": Stealth,
+    "by_turns": ByTurns,
     "fov_aware": FovAware,
+    "framing": Framing,
+    "collusion": Collusion,
+    "burst": Burst,
+    "flood": Flood,
+    "suppress": Suppress,
+    "selective_suppress": SelectiveSuppress,
+    "replay": Replay,
+    "drag": Drag,
+    "steal": Steal,
     "sleeper": Sleeper,
     "on_off": OnOff,
     "learned": Learned,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import NamedTuple, TypeAlias
 
@@ -18,7 +19,7 @@ class Range(NamedTuple):
 
 
 # By parameter: a range, or a list of values to choose from.
-SearchRanges: TypeAlias = Mapping[str, Range | tuple[str, ...]]
+SearchRanges: TypeAlias = Mapping[str, Range | tuple[str | bool, ...]]
 
 
 def start_range(scenario: Scenario) -> Range:
@@ -34,6 +35,18 @@ def hit_rate_range(scenario: Scenario) -> Range:
 def phantom_range(scenario: Scenario, most: int) -> Range:
     """Number of phantoms; None is as many as one adversary can report."""
     return Range(1, max(1, most), whole=True, none=scenario.injection.slots)
+
+
+def noise_range(scenario: Scenario) -> Range:
+    """Standard deviation (m) added to reports, up to three times that of the sensor, which None stands for."""
+    sigma = noise_deviation(scenario)
+    return Range(0.0, 3.0 * sigma, none=sigma)
+
+
+def noise_deviation(scenario: Scenario) -> float:
+    """m, standard deviation of the noise of the scenario's sensor, of x and of y alike."""
+    (xx, _), (_, yy) = scenario.sensor.covariance
+    return math.sqrt(0.5 * (xx + yy))
 
 
 def half_episode(scenario: Scenario) -> int:

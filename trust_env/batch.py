@@ -103,6 +103,16 @@ class Batch:
         self.arrays.dt[...], self.arrays.active[...] = self.scenario.dt, 1
         self._action = self.arrays.action
         self._evidence: Evidence | None = None
+        self._run = self._first_run
+
+    def _first_run(self, wanted: int) -> None:
+        """Run stages, once the built-in defense is compiled or loaded."""
+        if isinstance(self.defense, BuiltIn):
+            entry = frame.defense_entry(type(self.defense))
+            entry.prepare()
+            self.parameters.set(defense=entry.address)
+        self._run = self._workers.run
+        self._run(wanted)
 
     def _own(self, scratch: np.ndarray) -> list[int]:
         """What a thread is told of the worlds: `frame.OWN`."""
@@ -155,7 +165,7 @@ class Batch:
         """
         self.use.unfinished = True
         self.arrays.active[...] = worlds
-        self._workers.run(frame.BEGIN)
+        self._run(frame.BEGIN)
         self.arrays.active[...] = 1
         self.arrays.metrics[worlds] = 0.0
         if not isinstance(self.defense, BuiltIn):
@@ -173,15 +183,15 @@ class Batch:
         """
         self.use.unfinished = True
         if isinstance(self.defense, BuiltIn):
-            self._workers.run(before | frame.JUDGE_BUILT_IN | frame.CONCLUDE | after)
+            self._run(before | frame.JUDGE_BUILT_IN | frame.CONCLUDE | after)
             return
-        self._workers.run(before | frame.JUDGE_NOTHING)
+        self._run(before | frame.JUDGE_NOTHING)
         evidence = self.evidence()
         verdict = call(self.defense, "update", evidence)
         if not self.use.unfinished:
             raise RuntimeError(f"{source_of(self.defense)}.update has called reset() of the environment that called it")
         apply_verdict(self.defense, verdict, evidence, self.arrays)
-        self._workers.run(frame.CONCLUDE | after)
+        self._run(frame.CONCLUDE | after)
 
     def evidence(self) -> Evidence:
         """The present frame's evidence; live views, so copy what must outlast the frame."""

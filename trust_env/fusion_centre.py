@@ -14,7 +14,7 @@ from scipy.special import expit
 
 from trust_env import frame as stages
 from trust_env.batch import Batch
-from trust_env.defenses import build_defense
+from trust_env.defenses import build_defense, refuse_reference
 from trust_env.defenses.trust import Trust
 from trust_env.world.origin import CLUTTER
 from trust_env.world.tracking.score import CONFIRMED
@@ -57,11 +57,13 @@ class FusionCentre:
     """The tracker and a defense, fed with detections.
 
     scenario: gives the agents, their FOVs and what the tracker believes; its targets play no part. defense:
-    as in `parallel_env`.
+    as in `parallel_env`; ValueError for one that is for evaluation only.
     """
 
     def __init__(self, scenario: Any = "patrol", defense: Any = "trust"):
-        self._worlds = Batch(scenario, defense, 1, threads=1)
+        judge = build_defense(defense)
+        refuse_reference(judge, "the fusion centre")
+        self._worlds = Batch(scenario, judge, 1, threads=1)
         self.scenario, self.n_agents = self._worlds.scenario, self._worlds.scenario.n_agents
         self.reset()
 
@@ -77,7 +79,8 @@ class FusionCentre:
 
     def update(self, detections: Sequence[Any], time: float | None = None, poses: Any = None) -> FusedFrame:
         """One frame: detections, an array [n_k, 2] (m) per agent; time in s (default: `dt` after the last);
-        poses[K, 3] (x, y in m, heading in rad; default: as before).
+        poses[K, 3] (x, y in m, heading in rad; default: as before). Of detections of an agent that are nearer than
+        its `sensor.resolution` the first one counts.
 
         Raises ValueError, and changes nothing, when a shape is wrong, a number is not finite, an agent has
         more detections than `sensor.max_detections`, or time does not increase. RuntimeError from a second
@@ -204,10 +207,11 @@ def replay_evidence(
     track at distance 0 and old unless the frame gives track_mean[J, 4], poses[K, 3] and hits int[J]; an agent
     hit what it detected unless the frame gives hit bool[K, J]; innovations are NaN, and no cell is covered.
     agent_priors: {agent: (mean, precision)}, for `trust`. dt: s between frames. Raises ValueError for arrays
-    of wrong shape or ids that are repeated within a frame.
+    of wrong shape, ids that are repeated within a frame, and a defense that is for evaluation only.
     """
     listed = [_checked_frame(f, frame, n_agents) for f, frame in enumerate(frames)]
     judge = build_defense(defense)
+    refuse_reference(judge, "recorded evidence")
     if agent_priors:
         if not isinstance(judge, Trust):
             raise ValueError(f"agent_priors are for the defense `trust`, not {type(judge).__name__}")

@@ -10,7 +10,7 @@ import numpy as np
 from trust_env.compiled.layout import PARAMETERS, Layout
 from trust_env.defenses import DEFENSES, BuiltIn, Defense
 from trust_env.defenses.base import OPTIONAL
-from trust_env.frame import OWN_DEFENSE, declare_defenses
+from trust_env.frame import declare_defenses
 from trust_env.scenario import Scenario
 from trust_env.scenario.fov import SHAPES
 from trust_env.spaces.action import ActionTable
@@ -25,14 +25,9 @@ from trust_env.world.tracking.fusion import FUSIONS
 from trust_env.world.tracking.score import CONFIRMATIONS, DELETIONS
 
 
-def number_of(defense: BuiltIn | Defense) -> int:
-    """The number by which the engine knows a defense."""
-    return list(DEFENSES.values()).index(type(defense)) if isinstance(defense, BuiltIn) else OWN_DEFENSE
-
-
 def name_of(defense: BuiltIn) -> str:
     """The name of a built-in defense, which is that of its group of fields."""
-    return list(DEFENSES)[number_of(defense)]
+    return list(DEFENSES)[list(DEFENSES.values()).index(type(defense))]
 
 
 def needs_of(defense: BuiltIn | Defense) -> tuple[str, ...]:
@@ -53,6 +48,7 @@ def lengths_of(scenario: Scenario, defense: BuiltIn | Defense) -> dict[str, int]
         "A": ActionTable(scenario).size,
         "F": max(1, *numbers),
         "T": 1 if recording is None else len(recording.times),
+        "B": scenario.retro_window if scenario.actuation == "retro" else 0,
         "Q": CELLS if "coverage" in needs_of(defense) else 0,
     }
     n["U"] = 0 if scenario.tracker.fusion == "sequential" else n["J"]
@@ -117,6 +113,7 @@ class Parameters:
         self.set(placement=PLACEMENTS.get(s.team.placement, 0), spread=s.team.spread)
         self.set(near_distance=evidence.near_distance or 0.0, hold_distance=evidence.hold_distance)
         self.set(match_distance=metrics.match_distance, cutoff=metrics.cutoff, order=metrics.order)
+        self.set(accuse_below=metrics.accuse_below, accuse_frames=metrics.accuse_frames)
         self.set(reward_false_track=reward.false_track, reward_missing_target=reward.missing_target)
         self.set(reward_lost_trust=reward.lost_trust)
 
@@ -150,6 +147,7 @@ class Parameters:
             "fov_half_width": shape.opening[1],
             "clutter_mean": agent.sensor.clutter_density * fov.area,
             "p_detect": agent.sensor.p_detect,
+            "resolution": agent.sensor.resolution or 0.0,
             "noise_cov": agent.sensor.covariance,
             "noise_chol": np.linalg.cholesky(np.array(agent.sensor.covariance)),
             "injection_budget": min(agent.budget.injections, s.injection.slots),
@@ -178,7 +176,6 @@ class Parameters:
         self.set(confirmed_drop=t.confirmed_drop, tentative_drop=t.tentative_drop)
 
     def _set_defense(self, s: Scenario, defense: BuiltIn | Defense) -> None:
-        self.set(defense=number_of(defense))
         if isinstance(defense, BuiltIn):
             prefix = name_of(defense)
             self.set(**{f"{prefix}_{name}": value for name, value in defense.values(s.n_agents).items()})

@@ -56,7 +56,7 @@ class DetectionTracker:
     def _assign(self, points: np.ndarray, mask: np.ndarray) -> np.ndarray:
         """Slot of each detection, -1 where none: pairs by d², the least first."""
         slot = np.full(mask.shape, -1, dtype=np.int64)
-        d, t = _used_length(mask), _used_length(self.alive)  # slots empty in the whole batch cost nothing
+        d, t = used_length(mask), used_length(self.alive)  # slots empty in the whole batch cost nothing
         cost = self._distance2(points[..., :d, :], mask[..., :d], t)  # [W, n, d, t]
         while np.isfinite(cost).any():
             # Two that are each other's nearest are a greedy pair: no lesser d² can come up for either.
@@ -105,7 +105,7 @@ class DetectionTracker:
         return slot
 
 
-def _used_length(mask: np.ndarray) -> int:
+def used_length(mask: np.ndarray) -> int:
     """Length of the last axis up to its last entry that is True anywhere; at least 1."""
     used = np.flatnonzero(mask.any(axis=tuple(range(mask.ndim - 1))))
     return int(used[-1]) + 1 if used.size else 1

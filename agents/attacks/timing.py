@@ -34,6 +34,11 @@ class Timed(Policy):
         self.frame += 1
         return actions
 
+    @property
+    def missing_phantoms(self) -> np.ndarray | None:
+        """Those of the inner policy."""
+        return getattr(self.inner, "missing_phantoms", None)
+
     def attacks(self) -> np.ndarray:
         """In which worlds the inner policy acts in the present frame, bool[W]."""
         raise NotImplementedError

@@ -51,11 +51,17 @@ class TestNaming:
             ("false_positive(n=True)", "n = True: expected a whole number"),
             (
                 "false_positive(motion=statik)",
-                "expected one of static, constant_velocity, random_walk; did you mean 'static'?",
+                "expected one of static, constant_velocity, random_walk, pace; did you mean 'static'?",
             ),
             ("false_positive(speed=-1)", "speed = -1: expected a number of at least 0"),
             ("false_positive(start=-1)", "start = -1: expected a whole number of at least 0"),
             ("false_positive(period=0)", "period = 0: expected a whole number of at least 1"),
+            ("false_positive(noise=-1)", "noise = -1: expected a number of at least 0 (m), or None"),
+            ("false_positive(suppress=2)", "suppress = 2: expected a number from 0 to 1"),
+            ("false_positive(share=1)", "share = 1: expected True or False"),
+            ("outward(spread=wide)", "spread = 'wide': expected a number (rad)"),
+            ("by_turns(per_slot=0)", "per_slot = 0: expected a whole number of at least 1"),
+            ("burst(frames=0)", "frames = 0: expected a whole number of at least 1"),
             ("false_positive(hit_rate=1.1)", "hit_rate = 1.1: expected a number from 0 to 1"),
             ("optimal_false_positive(n=many)", "n = 'many': expected a whole number"),
             ("suppress(fraction=0)", "fraction = 0: expected a number above 0 and at most 1"),
@@ -74,8 +80,12 @@ class TestNaming:
     def test_more_phantoms_than_slots_raise(self) -> None:
         with pytest.raises(ValueError, match="n = 5: expected at most 4, the injection slots of scenario"):
             next(play("patrol", "false_positive(n=5)", 1))
+        with pytest.raises(ValueError, match="n = 5: expected at most 4, the injection slots of scenario"):
+            next(play("patrol", "optimal_false_positive(n=5)", 1))
         with pytest.raises(ValueError, match="n = 9: expected at most 8, the injection slots of 2 agents"):
-            next(play("patrol", "optimal_false_positive(n=9)", 1))
+            next(play("patrol(knowledge=poses)", "fov_aware(n=9)", 1))
+        with pytest.raises(ValueError, match="n = 5: expected at most 4, the injection slots of scenario"):
+            next(play("patrol(knowledge=poses)", "fov_aware(n=5, share=False)", 1))
 
     def test_own_policies_come_from_files_and_objects(self, tmp_path: Path) -> None:
         file = tmp_path / "mine.py"

@@ -25,8 +25,9 @@ def ranges(name: str, scenario: Any = "patrol") -> Any:
 
 
 @pytest.mark.parametrize("name", POLICIES)
-def test_an_attack_declares_a_range_for_every_parameter_that_is_no_policy(name: str) -> None:
-    parameters = set(inspect.signature(POLICIES[name]).parameters) - set(POLICIES[name].policy_parameters)
+def test_an_attack_declares_a_range_for_every_parameter_that_is_searched(name: str) -> None:
+    attack = POLICIES[name]
+    parameters = set(inspect.signature(attack).parameters) - {*attack.policy_parameters, *attack.unsearched}
     assert set(ranges(name)) == (set() if name in WITHOUT else parameters)
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import trust_env
 from trust_env.compiled.kernels import kernel
-from trust_env.defenses import DEFENSES, BuiltIn, build_defense
+from trust_env.defenses import DEFENSES, BuiltIn, build_defense, name_of, named_in_full
 from trust_env.frame import declare_defenses
 
 
@@ -135,6 +135,26 @@ def test_worlds_hold_the_memory_of_their_own_defense_only(registered):
 def test_a_registered_defense_is_listed_and_built_by_name(registered):
     assert "surprise" in trust_env.defenses()
     assert build_defense("surprise(rate=0.5)").params() == {"rate": 0.5, "frames": 3}
+
+
+@pytest.mark.parametrize(
+    ("name", "full"),
+    [
+        ("trust", "trust(preset=paper)"),
+        (" trust( trusted=[1] ) ", "trust(preset=paper, trusted=[1])"),
+        ("trust(trusted=[1], preset=mate)", "trust(preset=mate, trusted=[1])"),
+        ("score", "score"),
+        ("majority(window=4)", "majority(window=4)"),
+        ("my.py:trust(x=1)", "my.py:trust(x=1)"),
+    ],
+)
+def test_the_full_name_of_a_defense_has_its_preset(name, full):
+    assert named_in_full(name) == full
+
+
+def test_a_built_defense_is_called_by_its_name_and_preset():
+    assert name_of(build_defense("trust(preset=mate, trusted=[1])")) == "trust(preset=mate)"
+    assert name_of(build_defense("majority(window=4)")) == "majority"
 
 
 def test_a_defense_cannot_have_the_name_of_a_part_of_the_world(monkeypatch):

@@ -78,6 +78,19 @@ from trust_env.scenario.memory import bytes_by_field
             "at most 0 injections of benign_0, its budget",
         ),
         (
+            {"suppressions": [{"agent": 5, "target": 0}], "positions": [[0, 0]]},
+            "suppressions[0].agent = 5 (override): expected the index of an agent, 0 to 4",
+        ),
+        (
+            {"suppressions": [{"agent": 0, "target": 1}], "positions": [[0, 0]]},
+            "suppressions[0].target = 1 (override): expected the index of one of targets.positions, 0 to 0",
+        ),
+        ({"suppressions": [{"agent": 0, "target": 0}]}, "expected targets.positions, which this is the index in"),
+        (
+            {"suppressions": [{"agent": 0, "target": 0}], "positions": [[0, 0]], "suppression.adversary": 0},
+            "expected at most 0 suppressions of adversary_0, its budget",
+        ),
+        (
             {"agents": [{"role": "benign", "fov": {"radius": -1}}]},
             "agents[0].fov.radius = -1.0 (override)",
         ),

@@ -10,7 +10,7 @@ import tyro
 from tyro.extras import SubcommandApp
 
 from trust_env.errors import unknown_name
-from trust_env.training.cli import attacks, defenses, scenarios
+from trust_env.training.cli import attacks, defenses, metrics, scenarios
 from trust_env.training.cli.benchmark import benchmark
 from trust_env.training.cli.conform import conform
 from trust_env.training.cli.evaluate import evaluate
@@ -32,6 +32,7 @@ COMMANDS: dict[str, Command | Group] = {
     "scenarios": scenarios.COMMANDS,
     "defenses": defenses.COMMANDS,
     "attacks": attacks.COMMANDS,
+    "metrics": metrics.COMMANDS,
 }
 
 

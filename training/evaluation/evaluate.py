@@ -19,13 +19,13 @@ from trust_env.batch import checked_seed
 from trust_env.defenses import BuiltIn, build_defense
 from trust_env.errors import positive_int
 from trust_env.files import expanded, locked
-from trust_env.metrics import METRICS
 from trust_env.parallel import TrustEnv
 from trust_env.scenario import Scenario, load_scenario
 from trust_env.training.console import Advance, progress_bar
+from trust_env.training.evaluation.cell import Batch, Cell, join_batches
 from trust_env.training.evaluation.configuration import NamedSpec, configuration, named_specs
 from trust_env.training.evaluation.play import play_worlds
-from trust_env.training.evaluation.results import Cell, Results
+from trust_env.training.evaluation.results import Results
 from trust_env.training.evaluation.run_folder import RunFolder
 from trust_env.vector import VectorEnv
 
@@ -108,6 +108,7 @@ class _Evaluation:
     max_cycles: int | None
     notes: tuple[str, ...]
     cells: dict[tuple[str, str], Cell] = field(default_factory=dict)
+    missing: dict[str, np.ndarray] = field(default_factory=dict)  # by attack, phantoms without a place, [episodes]
 
     @property
     def horizon(self) -> int:
@@ -117,11 +118,18 @@ class _Evaluation:
         return [(attack, defense) for attack in self.attacks for defense in self.defenses]
 
     def play_first_frames(self) -> None:
-        """Play one frame of every attack and of every defense, so that what does not fit raises at once."""
-        attack, defense = self.attacks[0], self.defenses[0]
-        pairs = [(each, defense) for each in self.attacks] + [(attack, each) for each in self.defenses[1:]]
-        for attack, defense in pairs:
-            self._play_worlds(attack, defense, np.arange(1), 1, lambda _: None)
+        """Play one frame of every attack and of every defense, so that what does not fit raises at once, and the
+        episodes are known in which there is no place for all phantoms of an attack.
+        """
+        for defense in self.defenses:
+            self._play_worlds(self.attacks[0], defense, np.arange(1), 1, lambda _: None)
+        for attack in self.attacks:
+            for worlds in self._batches():
+                policy = attack.construct()
+                self._play_policy(policy, self.defenses[0], worlds, 1, lambda _: None)
+                if (missing := getattr(policy, "missing_phantoms", None)) is None:
+                    break
+                self.missing[attack.name] = np.append(self.missing.get(attack.name, ()), missing)
 
     def play_in(self, path: Path, resume: bool, progress: bool) -> None:
         """Play the cells that are missing in a folder, in which no other process is at work."""
@@ -135,7 +143,7 @@ class _Evaluation:
     def play(self, folder: RunFolder | None, progress: bool) -> None:
         """Play all cells that are missing, and save each in the folder as soon as it is finished."""
         missing = [(a, d) for a, d in self.pairs() if (a.name, d.name) not in self.cells]
-        total = len(missing) * self._batches() * self.horizon
+        total = len(missing) * len(self._batches()) * self.horizon
         with progress_bar("evaluate", total, progress) as (advance, describe):
             for attack, defense in missing:
                 describe(f"{attack.name} x {defense.name}")
@@ -143,21 +151,24 @@ class _Evaluation:
                 if folder is not None:
                     folder.save(self.results())
 
-    def _batches(self) -> int:
-        return -(-self.episodes // MAX_WORLDS)
+    def _batches(self) -> list[np.ndarray]:
+        """The worlds of the episodes, in batches."""
+        return np.array_split(np.arange(self.episodes), -(-self.episodes // MAX_WORLDS))
 
     def _play_cell(self, attack: NamedSpec, defense: NamedSpec, advance: Advance) -> Cell:
-        batches = np.array_split(np.arange(self.episodes), self._batches())
-        found = [self._play_worlds(attack, defense, worlds, self.horizon, advance) for worlds in batches]
-        metrics = {name: np.concatenate([batch[name] for batch in found]) for name in METRICS}
-        return Cell(attack.name, defense.name, metrics)
+        found = [self._play_worlds(attack, defense, worlds, self.horizon, advance) for worlds in self._batches()]
+        return join_batches(attack.name, defense.name, found, self.horizon)
 
     def _play_worlds(
         self, attack: NamedSpec, defense: NamedSpec, worlds: np.ndarray, frames: int, advance: Advance
-    ) -> dict[str, np.ndarray]:
+    ) -> Batch:
+        return self._play_policy(attack.construct(), defense, worlds, frames, advance)
+
+    def _play_policy(self, policy: Any, defense: NamedSpec, worlds: np.ndarray, frames: int, advance: Advance) -> Batch:
         venv = VectorEnv(self.scenario, defense.construct(), len(worlds), self.max_cycles, autoreset=False)
         try:
-            return play_worlds(venv, {"adversary": attack.construct()}, worlds, self.seed, frames, advance)
+            metrics = play_worlds(venv, {"adversary": policy}, worlds, self.seed, frames, advance)
+            return Batch(metrics.result(), metrics.reliability(), metrics.strata())
         finally:
             venv.close()
 
@@ -166,8 +177,17 @@ class _Evaluation:
         keys = [(attack.name, defense.name) for attack, defense in self.pairs()]
         cells = tuple(self.cells[key] for key in keys if key in self.cells)
         version = TrustEnv.metadata["name"]
-        notes = (*self.notes, *self._notes_on_trust())
+        notes = (*self.notes, *self._notes_on_phantoms(), *self._notes_on_trust())
         return Results(self.scenario.name, self.seed, self.episodes, version, cells, notes)
+
+    def _notes_on_phantoms(self) -> list[str]:
+        """A line for every attack for whose phantoms some episodes have no place."""
+        return [
+            f"{attack}: {missing.mean():.2g} of its phantoms an episode have no place ({(missing > 0).sum():.0f} of "
+            f"{self.episodes} episodes lack some)"
+            for attack, missing in self.missing.items()
+            if missing.any()
+        ]
 
     def _notes_on_trust(self) -> list[str]:
         """A line for every defense of the user's own that has no opinion of any track in any finished cell."""

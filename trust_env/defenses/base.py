@@ -59,12 +59,15 @@ class BuiltIn:
     scratch: the same, of what is only needed while a frame is judged.
     needs: of `OPTIONAL`, what its kernels read of `world.evidence`: innovations (innovation, innovation_cov,
     distance2), predictions (predicted_mean, predicted_cov), inside, coverage (covered, cell_area).
+    reference: whether it is for evaluation only, as something to compare with: it knows what no defense can know,
+    or decides nothing.
     """
 
     parameters: ClassVar[Mapping[str, str]] = {}
     memory: ClassVar[Mapping[str, str]] = {}
     scratch: ClassVar[Mapping[str, str]] = {}
     needs: ClassVar[tuple[str, ...]] = ()
+    reference: ClassVar[bool] = False
 
     @staticmethod
     @kernel

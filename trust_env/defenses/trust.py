@@ -19,6 +19,7 @@ from trust_env.defenses.trust_switches import (
     ALL_TRACKS,
     BY_VARIANCE,
     DECAY,
+    DEFAULT_PRESET,
     NUMBERS,
     PRESETS,
     RETURN,
@@ -43,24 +44,29 @@ class Trust(BuiltIn):
     authors' later library); every switch of `trust_env.defenses.trust_switches` can be set alone. Priors are
     (mean φ, precision λ): α = λφ, β = λ(1 - φ).
 
-    agent_prior, track_prior: priors of all agents and of all tracks; agent_priors: {agent index: (φ, λ)};
-    trusted, distrusted: agent indices that get the preset's strong prior, mean 0.8 or 0.2. Raises ValueError
-    for an unknown switch or value, or a prior outside its range.
+    agent_prior, track_prior: priors of all agents and of all tracks; agent_priors: {agent index: (φ, λ)},
+    track_priors: {track id: (φ, λ)}, of single ones; trusted, distrusted: agent indices that get the preset's
+    strong prior, mean 0.8 or 0.2. false_positive_odds: how many times likelier, a priori, a false positive of
+    who reports a track is than a false negative of who does not; it weighs misses against hits. Raises
+    ValueError for an unknown switch or value, or a prior outside its range.
     """
 
     parameters: ClassVar = {
         **dict.fromkeys(NUMBERS, "f8 | a switch, as `as_number` gives it"),
         "track_prior": "f8 2 | α, β",
         "agent_prior": "f8 K 2 | α, β",
+        "listed_id": "i8 V | tracks with a prior of their own",
+        "listed_prior": "f8 V 2 | α, β",
     }
     memory: ClassVar = {
         "track_id": "i8 J | whose belief it is; -2 - id until that track has been judged; -1: nobody's",
         "track_belief": "f8 J 2 | α, β",
+        "prior_belief": "f8 J 2 | α, β, what a track's belief began with",
         "agent_belief": "f8 K 2 | α, β",
         "frames_in_fov": "i8 K J | in a row",
     }
 
-    def __init__(self, preset: str = "paper", **switches: Any):
+    def __init__(self, preset: str = DEFAULT_PRESET, **switches: Any):
         self._given = {"preset": preset, **switches}
         self.switches = check_switches(preset, switches)
 
@@ -78,7 +84,12 @@ class Trust(BuiltIn):
     def values(self, n_agents: int) -> dict[str, Any]:
         numbers = {name: as_number(name, self.switches[name]) for name in NUMBERS}
         priors = {"track_prior": _beta(self.switches["track_prior"]), "agent_prior": self._priors(n_agents)}
-        return numbers | priors
+        own = self.switches["track_priors"]
+        listed = np.array([_beta(prior) for prior in own.values()]).reshape(-1, 2)
+        return numbers | priors | {"listed_id": np.array(list(own), dtype=np.int64), "listed_prior": listed}
+
+    def lengths(self, n_agents: int) -> dict[str, int]:
+        return {"V": len(self.switches["track_priors"])}
 
     def _priors(self, n_agents: int) -> np.ndarray:
         """(α, β) of every agent, [K, 2]."""
@@ -173,16 +184,28 @@ def _forget(world, belief, alpha, beta, rule):
 @kernel
 def _forget_tracks(world, listed):
     """Known tracks forget; new ones start at the prior, marked until they have been judged."""
-    trust, prior = world.trust, world.trust.track_prior
+    trust = world.trust
     for c in range(listed):
         j = world.scratch.listing[c]
+        prior = trust.prior_belief[j]
         if trust.track_id[j] == world.tracks.id[j]:
             _forget(world, trust.track_belief[j], prior[0], prior[1], trust.track_forgetting)
         else:
+            _set_prior(world, j)
             trust.track_belief[j, 0], trust.track_belief[j, 1] = prior[0], prior[1]
             trust.track_id[j] = -2 - world.tracks.id[j]
             for k in range(trust.frames_in_fov.shape[0]):
                 trust.frames_in_fov[k, j] = 0
+
+
+@kernel
+def _set_prior(world, j):
+    """The prior of a new track: its own, else that of all tracks."""
+    trust = world.trust
+    trust.prior_belief[j, 0], trust.prior_belief[j, 1] = trust.track_prior[0], trust.track_prior[1]
+    for v in range(trust.listed_id.shape[0]):
+        if trust.listed_id[v] == world.tracks.id[j]:
+            trust.prior_belief[j, 0], trust.prior_belief[j, 1] = trust.listed_prior[v, 0], trust.listed_prior[v, 1]
 
 
 @kernel
@@ -221,9 +244,11 @@ def _miss_weight(world, k, j):
 @kernel
 def _judge_tracks(world, listed):
     """Alg. 1: every agent that is expected to see a track says whether it does; used when at least two are
-    expected.
+    expected. A hit weighs 1 and a miss `false_positive_odds`, scaled so that neither weighs more than 1.
     """
     trust, evidence = world.trust, world.evidence
+    odds = trust.false_positive_odds
+    hit_weight, miss_weight = min(1.0, 1.0 / odds), min(1.0, odds)
     bias, threshold = trust.track_negativity_bias, trust.negativity_threshold
     for c in range(listed):
         j, observers = world.scratch.listing[c], 0
@@ -233,7 +258,8 @@ def _judge_tracks(world, listed):
             for k in range(trust.agent_belief.shape[0]):
                 if evidence.expected[k, j]:
                     seen = evidence.detected[k, j]
-                    confidence = _mean(trust.agent_belief[k]) * (1.0 if seen else _miss_weight(world, k, j))
+                    weight = hit_weight if seen else miss_weight * _miss_weight(world, k, j)
+                    confidence = _mean(trust.agent_belief[k]) * weight
                     _update(trust.track_belief[j], 1.0 if seen else 0.0, confidence, bias, threshold)
 
 

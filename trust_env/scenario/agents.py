@@ -58,6 +58,7 @@ class Sensor(Part):
     noise_cov: Covariance | None  # m^2, R itself
     clutter_density: DensityOrNone  # false positives per m^2 and scan, inside the FOV
     max_detections: DetectionCount  # D
+    resolution: Length | None  # m, detections of a report nearer than this are one
 
     @model_validator(mode="after")
     def _consistent(self) -> Sensor:
@@ -114,6 +115,7 @@ class SensorDifference(Part):
     sigma: Length | None = None
     noise_cov: Covariance | None = None
     clutter_density: DensityOrNone | None = None
+    resolution: Length | None = None
 
 
 class BeliefDifference(Part):

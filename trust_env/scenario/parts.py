@@ -9,6 +9,7 @@ from pydantic import model_validator
 from trust_env.scenario.errors import Problem
 from trust_env.scenario.types import (
     MAX_AGENTS,
+    MAX_ITEMS,
     BirthDensity,
     Count,
     Density,
@@ -53,6 +54,13 @@ class CaseInjection(Part):
 
     agent: Annotated[Whole, Within(0, MAX_AGENTS - 1)]
     position: Point  # m
+
+
+class CaseSuppression(Part):
+    """A false negative that belongs to the scenario: the agent that keeps silent, and about which target."""
+
+    agent: Annotated[Whole, Within(0, MAX_AGENTS - 1)]
+    target: Annotated[Whole, Within(0, MAX_ITEMS - 1)]  # its place in `targets.positions`
 
 
 class Targets(Part):
@@ -141,3 +149,4 @@ class Metrics(Part):
     cutoff: Length  # m, c of GOSPA and OSPA
     order: Order  # p
     accuse_below: Probability
+    accuse_frames: Frames

@@ -3,8 +3,8 @@
 A world is one row of bytes; what all worlds share is one more buffer, the parameters; what a frame scribbles on
 is a third, one per thread. Kernels read `world.agents.pose[k]`; outside, `arrays.pose[w, k]` is the same. Axes:
 K agents, N targets, D detections of an agent, J central tracks, L local tracks, A action entries, O observation
-entries, F numbers of an FOV, T recorded frames, Q cells of the coverage; R rows, C columns and P pairs of an
-assignment. A defense declares fields of its own, in a group of its name.
+entries, F numbers of an FOV, T recorded frames, Q cells of the coverage, U tracks with kept hits, B kept frames;
+R rows, C columns and P pairs of an assignment. A defense declares fields of its own, in a group of its name.
 """
 
 from __future__ import annotations
@@ -63,6 +63,13 @@ _ROW: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "gospa": "f8 | m, GOSPA (alpha = 2) of the picture",
         "ospa": "f8 | m, OSPA of the picture",
         "gospa_localisation": "f8 | m^p, the part of GOSPA^p that assigned tracks make",
+        "gospa_missed": "f8 | m^p, the part that unassigned targets make",
+        "gospa_false": "f8 | m^p, the part that unassigned tracks make",
+        "siap_targets": "f8 | targets that some FOV holds or with which a track of the picture is associated",
+        "siap_tracked_targets": "f8 | targets with which a track of the picture is associated",
+        "siap_tracks": "f8 | tracks of the picture within the match distance of a target: associated with the nearest",
+        "siap_position_error": "f8 | m, distances of the associated tracks from their targets, added up",
+        "siap_velocity_error": "f8 | m/s, the same of velocities",
     }),
     "verdict": ("", {
         "agent_trust": "f8 K | NaN: no opinion",
@@ -71,19 +78,22 @@ _ROW: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "track_trust_var": "f8 J",
         "publish": "b1 J | fit for the picture",
         "keep": "b1 J | must not be deleted",
-        "agent_weight": "f8 K | 1, or as the actuation `weight` wants it in the next frame",
+        "agent_weight": "f8 K | 1, or as the actuations `weight` and `retro` want it in the next frame",
     }),
     "agents": ("", {
         "pose": "f8 K 3 | m, m, rad",
         "fov_heading": "f8 K | rad, of the FOV's own frame, from the agent's heading",
         "fov_frame": "f8 K 5 | m, m, rad: x, y, heading of the FOV's own frame, then the heading's cos and sin",
         "fov_box": "f8 K 4 | m: x_min, x_max, y_min, y_max",
+        "first_edit": "i8 K | frame, from 1, of the first injection or suppression that took effect; 0: none yet",
     }),
     "targets": ("target_", {"alive": "b1 N", "state": "f8 N 4 | m, m/s"}),
     "scored": ("scored_", {
         "alive": "b1 N | the truth that the picture was scored against",
         "state": "f8 N 4 | m, m/s",
         "visible": "b1 N | some FOV holds it",
+        "missing": "b1 N | some FOV holds it and no track of the picture is assigned to it",
+        "watchers": "i8 N 2 | adversaries, from their first edit on, and benign agents whose FOV holds it",
         "confirmed": "b1 J",
     }),
     "raw": ("raw_", {
@@ -118,8 +128,15 @@ _ROW: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "target": "i8 J | assigned to a track of the picture; -1: none",
         "label": "i8 J | the same of all confirmed tracks",
         "injected": "b1 J | more of its hits were injections than not",
+        "watchers": "i8 J 2 | adversaries, from their first edit on, and benign agents expected to see the track",
     }),
     "players": ("", {"observation": "f4 K O"}),
+    "retro": ("retro_", {
+        "frames": "i8 | of this episode", "frames_below": "i8 K | in a row with trust below metrics.accuse_below",
+        "kept_dt": "f8 B | s, of the last B frames, which only the actuation `retro` keeps",
+        "kept_pose": "f8 B K 3 | m, m, rad",
+        "kept_count": "i8 B K", "kept_detections": "f8 B K D 2 | m, as reported", "kept_origin": "i8 B K D",
+    }),
 }  # fmt: skip
 # What only some defenses need: last in the row, so that the others' worlds stay close together.
 _ON_REQUEST = {
@@ -138,7 +155,7 @@ _PARAMETERS: Mapping[str, tuple[str, Mapping[str, str]]] = {
     "parameters": ("", {
         "horizon": "i8 | frames",
         "actuation": "i8 | its code in world.picture",
-        "defense": "i8 | its number in the registry; -1: a user's own",
+        "defense": "i8 | the address of its kernels; 0: a user's own has none",
         "keep_innovations": "i8 | whether the defense wants them",
         "keep_predictions": "i8", "keep_inside": "i8", "keep_coverage": "i8",
         # tracker
@@ -155,6 +172,7 @@ _PARAMETERS: Mapping[str, tuple[str, Mapping[str, str]]] = {
         # evidence, metrics, rewards
         "near_distance": "f8 | m", "hold_distance": "f8 | m", "match_distance": "f8 | m",
         "cutoff": "f8 | m, of GOSPA and OSPA", "order": "f8 | of GOSPA and OSPA",
+        "accuse_below": "f8", "accuse_frames": "i8",
         "reward_false_track": "f8", "reward_missing_target": "f8", "reward_lost_trust": "f8",
     }),
     "agents": ("", {
@@ -165,6 +183,7 @@ _PARAMETERS: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "fov_radius": "f8 K | m, distance of the farthest point",
         "fov_start_heading": "f8 K | rad", "fov_half_width": "f8 K | rad",
         "fov_numbers": "f8 K F | what the shape's kernels know of it",
+        "resolution": "f8 K | m, detections of a report nearer than this are one; 0: all are told apart",
         "clutter_mean": "f8 K | natural false positives in a scan", "p_detect": "f8 K",
         "noise_cov": "f8 K 2 2 | m^2, R", "noise_chol": "f8 K 2 2 | its Cholesky factor",
         "injection_budget": "i8 K", "suppression_budget": "i8 K",

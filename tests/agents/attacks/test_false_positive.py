@@ -65,11 +65,11 @@ class TestFalsePositive:
         return path, place
 
     def test_static_phantoms_stay(self) -> None:
-        path, _ = self.paths("false_positive(n=2, hit_rate=1)", 5)
+        path, _ = self.paths("false_positive(n=2, noise=0, hit_rate=1)", 5)
         np.testing.assert_allclose(path, np.broadcast_to(path[0], path.shape), atol=1e-4)
 
     def test_phantoms_of_constant_velocity_move_straight_until_they_leave_the_fov(self) -> None:
-        path, place = self.paths("false_positive(n=2, hit_rate=1, motion=constant_velocity, speed=20)")
+        path, place = self.paths("false_positive(n=2, noise=0, hit_rate=1, motion=constant_velocity, speed=20)")
         assert (np.linalg.norm(path - place, axis=-1) <= 350.0).all()
         steps = np.diff(path, axis=0)
         length = np.linalg.norm(steps, axis=-1)
@@ -83,7 +83,7 @@ class TestFalsePositive:
         assert (onward[straight] < 350.0 + 1e-3).all()
 
     def test_random_walk_takes_steps_of_the_given_speed(self) -> None:
-        path, place = self.paths("false_positive(n=2, hit_rate=1, motion=random_walk, speed=20)")
+        path, place = self.paths("false_positive(n=2, noise=0, hit_rate=1, motion=random_walk, speed=20)")
         assert (np.linalg.norm(path - place, axis=-1) <= 350.0).all()
         steps = np.diff(path, axis=0)
         length = np.linalg.norm(steps, axis=-1)
@@ -94,7 +94,18 @@ class TestFalsePositive:
         assert abs(turns.mean()) < 5 / math.sqrt(2 * turns.size)  # the mean cosine of a uniform turn is 0
 
     def test_default_speeds_are_those_of_targets(self) -> None:
-        path, _ = self.paths("false_positive(n=2, hit_rate=1, motion=constant_velocity)", 2, 60)
+        path, _ = self.paths("false_positive(n=2, noise=0, hit_rate=1, motion=constant_velocity)", 2, 60)
         speed = np.linalg.norm(path[1] - path[0], axis=-1)
         speed = speed[speed < 30.0]  # the others are new
         assert 3.0 - 1e-3 < speed.min() < 3.5 and 11.5 < speed.max() < 12.0 + 1e-3
+
+
+class TestBurst:
+    def test_tracks_are_confirmed_coast_and_die(self) -> None:
+        shown, reported = [], []
+        for env, _ in play("patrol", "burst(frames=8, start=3)", 40, 40):
+            shown.append((env.arrays.published & env.arrays.track_injected).sum(axis=1).mean())
+            reported.append((~np.isnan(injected(env)[..., 0])).sum(axis=(1, 2)).mean())
+        assert max(reported[:3] + reported[11:]) == 0.0 and min(reported[3:11]) > 6.0
+        assert max(shown[3:11]) > 1.5 and shown[12] > 0.7  # two frames after the last report
+        assert max(shown[25:]) < 0.05

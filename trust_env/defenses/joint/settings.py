@@ -2,52 +2,39 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
-_OPEN = "a number above 0 and below 1"
-_PROBABILITY = "a number from 0 to below 1"
-_RANGES: dict[str, str] = {
-    **dict.fromkeys(("pi", "eps", "tau", "standing", "platform_share"), _OPEN),
-    **dict.fromkeys(("kappa", "r", "gamma", "memory", "dormant", "natural", "gap", "platform_prior"), _PROBABILITY),
-}
+from trust_env.defenses.checks import choice, number, whole
+
+_NAME = "joint_posterior"
+_OPEN = ("pi", "eps", "tau", "standing", "platform_share")
+_FROM_ZERO = ("kappa", "r", "gamma", "memory", "dormant", "natural", "gap", "platform_prior")
 _SWITCHES = ("counts", "kinematics", "exactness", "departures", "edges")
 _POSITIVE = ("standing_weight", "cap_dead", "cap_motion", "cap_fit", "cap_count")
-MOST_CAP = 60.0  # nats: a cap that caps nothing
+_GRIDS = ("alone", "together", "withheld")
+LEAST_CAP, MOST_CAP = 1.0, 60.0  # nats, of a track; the greatest caps nothing
 
 
 def check_settings(given: Mapping[str, Any]) -> None:
     """Raise ValueError for a parameter out of its range."""
-    for name, expected in _RANGES.items():
-        least = -1.0 if expected is _PROBABILITY else 0.0
-        if not _is_number(given[name]) or not max(0.0, least) <= given[name] < 1.0 or given[name] == least:
-            raise _invalid(given, name, expected)
+    for name in _OPEN:
+        number(_NAME, name, given[name], 0.0, 1.0, ends="()")
+    for name in _FROM_ZERO:
+        number(_NAME, name, given[name], 0.0, 1.0, ends="[)")
     for name in _SWITCHES:
-        if not isinstance(given[name], bool):
-            raise _invalid(given, name, "True or False")
+        choice(_NAME, name, given[name], (False, True))
     for name in _POSITIVE:
-        if not _is_number(given[name]) or not 0.0 < given[name] <= 1e6:
-            raise _invalid(given, name, "a number above 0, at most 1e6")
-    cap = given["cap_track"]
-    if not _is_number(cap) or not 1.0 <= cap <= MOST_CAP:
-        raise _invalid(given, "cap_track", f"a number of nats from 1 to {MOST_CAP:g}, which caps nothing")
-    for name in ("alone", "together", "withheld"):
-        if not _are_shares(given[name]):
-            raise _invalid(given, name, "one to eight numbers above 0 and below 1, from the least to the greatest")
-    if isinstance(given["most"], bool) or not isinstance(given["most"], int) or not 1 <= given["most"] <= 10:
-        raise _invalid(given, "most", "a whole number from 1 to 10")
+        number(_NAME, name, given[name], 0.0, 1e6, ends="(]")
+    number(_NAME, "cap_track", given["cap_track"], LEAST_CAP, MOST_CAP)
+    whole(_NAME, "most", given["most"], 1, 10)
+    for name in _GRIDS:
+        _check_grid(name, given[name])
 
 
-def _invalid(given: Mapping[str, Any], name: str, expected: str) -> ValueError:
-    return ValueError(f"joint_posterior: {name} must be {expected}, not {given[name]!r}")
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-
-
-def _are_shares(values: Any) -> bool:
-    if not isinstance(values, Sequence) or isinstance(values, str) or not 1 <= len(values) <= 8:
-        return False
-    return all(_is_number(v) and 0.0 < v < 1.0 for v in values) and list(values) == sorted(set(values))
+def _check_grid(name: str, values: Any) -> None:
+    """One to eight shares in rising order."""
+    if not isinstance(values, (list, tuple)) or not 1 <= len(values) <= 8 or list(values) != sorted(set(values)):
+        raise ValueError(f"{_NAME}: {name} must be a list of 1 to 8 rising numbers, not {values!r}")
+    for i, value in enumerate(values):
+        number(_NAME, f"{name}[{i}]", value, 0.0, 1.0, ends="()")

@@ -48,6 +48,11 @@ class Fovs:
             boxes[..., members, :] = group.boxes(pose[..., members, :])
         return boxes
 
+    def middles(self, pose: np.ndarray) -> np.ndarray:
+        """A point well inside each FOV, [..., n, 2] (m) in the world, for pose[..., n, 4]."""
+        x, y = to_global(pose, self.middle[:, :1], self.middle[:, 1:])
+        return np.stack([x[..., 0], y[..., 0]], axis=-1)
+
     def sample(self, pose: np.ndarray, draws: np.ndarray) -> np.ndarray:
         """Points uniform in the FOVs: [..., n, P, 2] (m), from U[0, 1) draws[..., n, P, 3]."""
         u, v = np.empty(draws.shape[:-1]), np.empty(draws.shape[:-1])

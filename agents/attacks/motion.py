@@ -1,0 +1,73 @@
+"""How phantoms move: one frame on, within the zone in which they may stand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from trust_env.scenario import Scenario
+
+MOTIONS = ("static", "constant_velocity", "random_walk", "pace")
+Contains = Callable[[np.ndarray], np.ndarray]  # whether points [..., 2] lie in the zones of their phantoms
+
+
+def step(
+    motion: str, position: np.ndarray, velocity: np.ndarray, turns: np.ndarray, dt: float, contains: Contains
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Positions [..., 2] (m), velocities [..., 2] (m/s) after `dt` (s), and bool[...]: which have left their zone.
+
+    constant_velocity: straight on, out of the zone too | random_walk: a new direction in every frame, and none
+    out of the zone | pace: straight on, and at the edge back into the zone. turns[...]: U[0, 1) draws.
+    """
+    if motion == "random_walk":
+        velocity = rotated(velocity, turns)
+    moved = position + dt * velocity
+    inside = contains(moved)
+    if motion == "constant_velocity":
+        return moved, velocity, ~inside
+    if motion == "pace" and not inside.all():
+        velocity = _turn_back(position, velocity, turns, dt, inside, contains)
+        moved = position + dt * velocity
+        inside = contains(moved)
+    return np.where(inside[..., None], moved, position), velocity, np.zeros_like(inside)
+
+
+def _turn_back(
+    position: np.ndarray, velocity: np.ndarray, turns: np.ndarray, dt: float, inside: np.ndarray, contains: Contains
+) -> np.ndarray:
+    """Velocities; of those that would leave, the way back at an angle of up to 90 degrees, else straight back."""
+    aslant = rotated(-velocity, 0.5 * turns - 0.25, keep_heading=True)
+    chosen = np.where(contains(position + dt * aslant)[..., None], aslant, -velocity)
+    return np.where(inside[..., None], velocity, chosen)
+
+
+def rotated(velocity: np.ndarray, turns: np.ndarray, keep_heading: bool = False) -> np.ndarray:
+    """Velocities [..., 2] of the same length, turned by `turns` (fractions of a full turn) from the x axis, or
+    from where they pointed.
+    """
+    # Contiguous, as the functions of NumPy may give other bits for other strides.
+    x, y = np.ascontiguousarray(velocity[..., 0]), np.ascontiguousarray(velocity[..., 1])
+    angle = 2.0 * np.pi * np.ascontiguousarray(turns)
+    c, s = np.cos(angle), np.sin(angle)
+    if keep_heading:
+        return np.stack([c * x - s * y, s * x + c * y], axis=-1)
+    length = np.hypot(x, y)
+    return np.stack([length * c, length * s], axis=-1)
+
+
+def drawn_velocities(draws: np.ndarray, speeds: tuple[float, float]) -> np.ndarray:
+    """Velocities [..., 2] (m/s) of uniform speed and direction, from U[0, 1) draws[..., 2]."""
+    slow, fast = speeds
+    speed = slow + np.ascontiguousarray(draws[..., 0]) * (fast - slow)
+    east = np.stack([speed, np.zeros_like(speed)], axis=-1)
+    return rotated(east, draws[..., 1])
+
+
+def target_speeds(scenario: Scenario) -> tuple[float, float]:
+    """Slowest and fastest, m/s; over a recording both are the tracker's initial velocity deviation."""
+    if scenario.targets.data is None:
+        return scenario.targets.speed
+    deviation = math.sqrt(scenario.tracker.initial_velocity_variance)
+    return deviation, deviation
