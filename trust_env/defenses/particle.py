@@ -43,7 +43,7 @@ class Particle(BuiltIn):
     def values(self, n_agents: int) -> dict[str, Any]:
         return {"sigma": self.sigma, "window": self.window}
 
-    def lengths(self) -> dict[str, int]:
+    def lengths(self, n_agents: int) -> dict[str, int]:
         return {"M": self.n}
 
     @staticmethod
