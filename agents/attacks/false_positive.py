@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from trust_env.agents.attacks.motion import drawn_velocities
+from trust_env.agents.attacks.phantoms import Phantoms
 from trust_env.agents.attacks.placed_phantoms import PlacedPhantoms
 from trust_env.agents.base import PLACE, PolicyContext
 from trust_env.agents.parameters import whole_number
@@ -14,6 +15,9 @@ from trust_env.scenario import Scenario
 
 class RandomPhantoms(PlacedPhantoms):
     """Phantoms at random places, drawn anew where one has left the FOV."""
+
+    def zone(self, seen: dict[str, np.ndarray], points: np.ndarray, rows: np.ndarray | slice) -> np.ndarray:
+        return Phantoms.zone(self, seen, points, rows)  # all places cost the same
 
     def place(self, rows: np.ndarray, seen: dict[str, np.ndarray]) -> None:
         if self.is_shared:

@@ -21,6 +21,7 @@ class Flood(Policy):
     """
 
     name = "flood"
+    reads = ("pose",)
 
     def __init__(self, stack: bool = False, start: int = 0):
         self.stack = true_or_false(self.name, "stack", stack)

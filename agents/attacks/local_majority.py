@@ -88,6 +88,7 @@ class Collusion(HonestWitnesses):
     """
 
     name = "collusion"
+    reads = (*HonestWitnesses.reads, "detections")
     max_cost = _NO_MAJORITY - 1
 
     def __init__(

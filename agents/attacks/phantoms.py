@@ -52,6 +52,7 @@ class Phantoms(Policy):
     G groups of P phantoms: one for each of the n adversaries, or a single one that they share.
     """
 
+    reads = ("pose", "detections_mask")
     unsearched = ("share",)
     reported_by_all: bool = False  # with share: whether every adversary has to have a slot for every phantom
 
@@ -198,15 +199,17 @@ class Phantoms(Policy):
         turns = self.draw(MOVE, self._count, agents=self._group_agents())
         before = self.position
         self.position, self.velocity, left = step(
-            self.motion, before, self.velocity, turns, self.dt, lambda points: self.zone(seen, points)
+            self.motion, before, self.velocity, turns, self.dt, lambda points, rows: self.zone(seen, points, rows)
         )
         left = left & (self.frame > 0)[:, None, None]
         if left.any():
             self.replace(seen, left, before)
 
-    def zone(self, seen: dict[str, np.ndarray], points: np.ndarray) -> np.ndarray:
-        """Whether the phantoms may stand at points[W, G, P, 2], bool[W, G, P]: where their reporters see."""
-        held = self.fovs.contains(seen["pose"], points) | ~self.reports
+    def zone(self, seen: dict[str, np.ndarray], points: np.ndarray, rows: np.ndarray | slice) -> np.ndarray:
+        """Whether the phantoms of the worlds `rows` may stand at points[w, G, P, 2], bool[w, G, P]: where their
+        reporters see.
+        """
+        held = self.fovs.contains(seen["pose"][rows], points) | ~self.reports[rows]
         return np.all(held, axis=1, keepdims=True) if self.is_shared else held
 
     def seen_by_own(self, pose: np.ndarray, points: np.ndarray) -> np.ndarray:

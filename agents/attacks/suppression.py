@@ -29,6 +29,7 @@ class Suppress(Policy):
     """
 
     name = "suppress"
+    reads = ("pose", "detections", "detections_mask")
 
     def __init__(self, fraction: float = 0.5, choice: str = "random", start: int = 0):
         self.fraction = valid_fraction(self.name, "fraction", fraction)
@@ -95,6 +96,7 @@ class SelectiveSuppress(Policy):
 
     name = "selective_suppress"
     knowledge = "poses"
+    reads = (*Suppress.reads, "poses")
 
     def __init__(self, margin: int = 1, start: int = 0):
         self.margin = whole_number(self.name, "margin", margin, 1)

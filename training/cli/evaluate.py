@@ -30,7 +30,7 @@ def evaluate(
     resume: Annotated[bool, arg(help="continue the unfinished run in --out")] = False,
     knowledge: Knowledge = None,
     actuation: Annotated[
-        Literal["monitor", "filter", "remove", "weight"] | None, arg(help="what a verdict does")
+        Literal["monitor", "filter", "remove", "weight", "retro"] | None, arg(help="what a verdict does")
     ] = None,
     data: Data = None,
     max_cycles: Annotated[int | None, arg(help="frames per episode, in place of the scenario's horizon")] = None,

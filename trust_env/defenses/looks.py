@@ -1,8 +1,8 @@
 """What defenses count: looks of agents at tracks, and how a track is judged by votes that differ in weight.
 
 F is `expected`, H is `hit`: a detection was assigned to the track. A look is F or H, so that a hit outside the FOV
-counts; a look without a hit is a miss. Kernels here take a defense's group as `memory`, with the fields of LOOKS or
-of VOTES in it.
+counts; a look without a hit is a miss, also of an agent whose reports the centre ignores. Kernels here take a
+defense's group as `memory`, with the fields of LOOKS or of VOTES in it.
 """
 
 from __future__ import annotations
