@@ -196,11 +196,15 @@ class Phantoms(Policy):
         """One frame on; phantoms that have left their zone begin anew elsewhere in it."""
         if not self.is_moving or not self._count:
             return
-        turns = self.draw(MOVE, self._count, agents=self._group_agents())
         before = self.position
-        self.position, self.velocity, left = step(
-            self.motion, before, self.velocity, turns, self.dt, lambda points, rows: self.zone(seen, points, rows)
-        )
+
+        def turns(rows: np.ndarray | slice) -> np.ndarray:
+            return self.draw(MOVE, self._count, rows, self._group_agents())
+
+        def contains(points: np.ndarray, rows: np.ndarray | slice) -> np.ndarray:
+            return self.zone(seen, points, rows)
+
+        self.position, self.velocity, left = step(self.motion, before, self.velocity, turns, self.dt, contains)
         left = left & (self.frame > 0)[:, None, None]
         if left.any():
             self.replace(seen, left, before)

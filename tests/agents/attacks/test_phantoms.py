@@ -59,7 +59,7 @@ class TestMotion:
             return (points[:, 0] >= 0.0) & (points[:, 0] <= 10.0)
 
         for _ in range(6):
-            position, velocity, left = step("pace", position, velocity, np.array([0.5]), 1.0, on_the_line)
+            position, velocity, left = step("pace", position, velocity, lambda _: np.array([0.5]), 1.0, on_the_line)
             path.append(float(position[0, 0]))
             assert not left.any()
         np.testing.assert_allclose(path, [1, 4, 7, 10, 7, 4, 1], atol=1e-12)
