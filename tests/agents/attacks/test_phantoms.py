@@ -11,7 +11,8 @@ from attack_runs import injected, play, quiet
 
 from trust_env.agents import POLICIES, build_policy
 from trust_env.agents.attacks.motion import step
-from trust_env.agents.attacks.phantoms import SHARED_PARAMETERS, Phantoms
+from trust_env.agents.attacks.phantom_parameters import SHARED_PARAMETERS
+from trust_env.agents.attacks.phantoms import Phantoms
 from trust_env.scenario import load_scenario
 from trust_env.training import evaluate
 
