@@ -45,7 +45,8 @@ def cells(folder: Path) -> dict[str, pa.Table]:
     file = folder / "results.parquet"
     if not file.exists():
         return {}
-    table = pq.read_table(file).replace_schema_metadata(None)
+    whole = pa.BufferReader(file.read_bytes())  # the run may put a new file in its place meanwhile
+    table = pq.read_table(whole).replace_schema_metadata(None)
     keys = sorted({(row["attack"], row["defense"]) for row in table.select(["attack", "defense"]).to_pylist()})
     return {f"{a} x {d}": table.filter((pa.compute.field("attack") == a) & (pa.compute.field("defense") == d))
             for a, d in keys}  # fmt: skip

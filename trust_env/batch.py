@@ -13,12 +13,12 @@ import numpy as np
 from trust_env import frame
 from trust_env.compiled.layout import ACTIONS, ROW, SCRATCH, aligned_zeros
 from trust_env.compiled.threads import WorkerThreads, threads_available, threads_for
-from trust_env.defenses import BuiltIn, Defense, Evidence, Shape, build_defense
+from trust_env.defenses import BuiltIn, Defense, Evidence, Shape, TrackerBelief, build_defense
 from trust_env.defenses.verdict import apply_verdict
 from trust_env.errors import positive_int
 from trust_env.exclusive import ExclusiveUse
 from trust_env.parameters import Parameters
-from trust_env.scenario import Scenario, load_scenario
+from trust_env.scenario import Fovs, Scenario, load_scenario
 from trust_env.spaces.action import ActionTable
 from trust_env.spaces.observation import ObservationTable
 from trust_env.user_code import call, source_of
@@ -103,6 +103,16 @@ class Batch:
         self.arrays.dt[...], self.arrays.active[...] = self.scenario.dt, 1
         self._action = self.arrays.action
         self._evidence: Evidence | None = None
+        self._run = self._first_run
+
+    def _first_run(self, wanted: int) -> None:
+        """Run stages, once the built-in defense is compiled or loaded."""
+        if isinstance(self.defense, BuiltIn):
+            entry = frame.defense_entry(type(self.defense))
+            entry.prepare()
+            self.parameters.set(defense=entry.address)
+        self._run = self._workers.run
+        self._run(wanted)
 
     def _own(self, scratch: np.ndarray) -> list[int]:
         """What a thread is told of the worlds: `frame.OWN`."""
@@ -155,7 +165,7 @@ class Batch:
         """
         self.use.unfinished = True
         self.arrays.active[...] = worlds
-        self._workers.run(frame.BEGIN)
+        self._run(frame.BEGIN)
         self.arrays.active[...] = 1
         self.arrays.metrics[worlds] = 0.0
         if not isinstance(self.defense, BuiltIn):
@@ -173,20 +183,21 @@ class Batch:
         """
         self.use.unfinished = True
         if isinstance(self.defense, BuiltIn):
-            self._workers.run(before | frame.JUDGE_BUILT_IN | frame.CONCLUDE | after)
+            self._run(before | frame.JUDGE_BUILT_IN | frame.CONCLUDE | after)
             return
-        self._workers.run(before | frame.JUDGE_NOTHING)
+        self._run(before | frame.JUDGE_NOTHING)
         evidence = self.evidence()
         verdict = call(self.defense, "update", evidence)
         if not self.use.unfinished:
             raise RuntimeError(f"{source_of(self.defense)}.update has called reset() of the environment that called it")
         apply_verdict(self.defense, verdict, evidence, self.arrays)
-        self._workers.run(frame.CONCLUDE | after)
+        self._run(frame.CONCLUDE | after)
 
     def evidence(self) -> Evidence:
         """The present frame's evidence; live views, so copy what must outlast the frame."""
         if self._evidence is None:
-            self._evidence = Evidence.of(self.arrays)
+            fovs = Fovs.of(self.scenario, np.arange(self.scenario.n_agents))
+            self._evidence = Evidence.of(self.arrays, TrackerBelief.of(self.parameters.__getitem__), fovs)
         return self._evidence
 
     def metrics(self) -> dict[str, np.ndarray]:

@@ -14,7 +14,7 @@ from scipy.special import expit
 
 from trust_env import frame as stages
 from trust_env.batch import Batch
-from trust_env.defenses import build_defense
+from trust_env.defenses import build_defense, refuse_reference
 from trust_env.defenses.trust import Trust
 from trust_env.world.origin import CLUTTER
 from trust_env.world.tracking.score import CONFIRMED
@@ -57,11 +57,13 @@ class FusionCentre:
     """The tracker and a defense, fed with detections.
 
     scenario: gives the agents, their FOVs and what the tracker believes; its targets play no part. defense:
-    as in `parallel_env`.
+    as in `parallel_env`; ValueError for one that is for evaluation only.
     """
 
     def __init__(self, scenario: Any = "patrol", defense: Any = "trust"):
-        self._worlds = Batch(scenario, defense, 1, threads=1)
+        judge = build_defense(defense)
+        refuse_reference(judge, "the fusion centre")
+        self._worlds = Batch(scenario, judge, 1, threads=1)
         self.scenario, self.n_agents = self._worlds.scenario, self._worlds.scenario.n_agents
         self.reset()
 
@@ -202,12 +204,14 @@ def replay_evidence(
 
     frames: mappings with track_id int[J] (confirmed tracks; a track keeps its id) and expected, detected,
     held: bool[K, J]. A defense that looks at more than that (`mate` weighs by distance and age) finds each
-    track at distance 0 and old unless the frame gives track_mean[J, 4], poses[K, 3] and hits int[J].
+    track at distance 0 and old unless the frame gives track_mean[J, 4], poses[K, 3] and hits int[J]; an agent
+    hit what it detected unless the frame gives hit bool[K, J]; innovations are NaN, and no cell is covered.
     agent_priors: {agent: (mean, precision)}, for `trust`. dt: s between frames. Raises ValueError for arrays
-    of wrong shape or ids that are repeated within a frame.
+    of wrong shape, ids that are repeated within a frame, and a defense that is for evaluation only.
     """
     listed = [_checked_frame(f, frame, n_agents) for f, frame in enumerate(frames)]
     judge = build_defense(defense)
+    refuse_reference(judge, "recorded evidence")
     if agent_priors:
         if not isinstance(judge, Trust):
             raise ValueError(f"agent_priors are for the defense `trust`, not {type(judge).__name__}")
@@ -250,9 +254,10 @@ def _judge_frame(worlds: Batch, frame: Mapping[str, np.ndarray]) -> ReplayedFram
     a.track_id[0, columns], a.track_status[0, columns], a.track_to_delete[...] = ids, CONFIRMED, False
     a.track_age[0, columns] += 1
     a.track_count[...] = columns.max(initial=-1) + 1
-    for name in ("expected", "detected", "held"):
+    for name in ("expected", "detected", "hit", "held"):
         a[name][...] = False
-        a[name][0][:, columns] = frame[name].astype(bool)
+        a[name][0][:, columns] = frame.get(name, frame["detected"]).astype(bool)
+    a.inside[...], a.innovation[...], a.innovation_cov[...], a.distance2[...] = a.expected, np.nan, np.nan, np.nan
     a.pose[0] = frame.get("poses", np.zeros_like(a.pose[0]))
     a.track_mean[0, columns] = frame.get("track_mean", np.zeros((len(ids), 4)))
     a.track_hits[0, columns] = frame.get("hits", np.full(len(ids), 1000))

@@ -9,7 +9,8 @@ import numpy as np
 
 from trust_env.compiled.layout import PARAMETERS, Layout
 from trust_env.defenses import DEFENSES, BuiltIn, Defense
-from trust_env.frame import OWN_DEFENSE, declare_defenses
+from trust_env.defenses.base import OPTIONAL
+from trust_env.frame import declare_defenses
 from trust_env.scenario import Scenario
 from trust_env.scenario.fov import SHAPES
 from trust_env.spaces.action import ActionTable
@@ -17,19 +18,21 @@ from trust_env.spaces.observation import REACH, ObservationTable, Scales
 from trust_env.theory import initial_score, score_thresholds
 from trust_env.world import targets as target_sources
 from trust_env.world.agents import PLACEMENTS, ROLES
+from trust_env.world.coverage import CELLS
 from trust_env.world.fields import WORLD_GROUPS
 from trust_env.world.picture import ACTUATIONS
+from trust_env.world.tracking.fusion import FUSIONS
 from trust_env.world.tracking.score import CONFIRMATIONS, DELETIONS
-
-
-def number_of(defense: BuiltIn | Defense) -> int:
-    """The number by which the engine knows a defense."""
-    return list(DEFENSES.values()).index(type(defense)) if isinstance(defense, BuiltIn) else OWN_DEFENSE
 
 
 def name_of(defense: BuiltIn) -> str:
     """The name of a built-in defense, which is that of its group of fields."""
-    return list(DEFENSES)[number_of(defense)]
+    return list(DEFENSES)[list(DEFENSES.values()).index(type(defense))]
+
+
+def needs_of(defense: BuiltIn | Defense) -> tuple[str, ...]:
+    """What is gathered for a defense only because it asks for it; a user's own gets everything."""
+    return defense.needs if isinstance(defense, BuiltIn) else OPTIONAL
 
 
 def lengths_of(scenario: Scenario, defense: BuiltIn | Defense) -> dict[str, int]:
@@ -45,7 +48,10 @@ def lengths_of(scenario: Scenario, defense: BuiltIn | Defense) -> dict[str, int]
         "A": ActionTable(scenario).size,
         "F": max(1, *numbers),
         "T": 1 if recording is None else len(recording.times),
+        "B": scenario.retro_window if scenario.actuation == "retro" else 0,
+        "Q": CELLS if "coverage" in needs_of(defense) else 0,
     }
+    n["U"] = 0 if scenario.tracker.fusion == "sequential" else n["J"]
     n["R"] = max(n["D"], n["L"], n["J"])  # rows and columns of any assignment
     n["S"] = n["R"] + 1
     n["C"] = max(n["J"], n["N"], n["L"])
@@ -107,6 +113,7 @@ class Parameters:
         self.set(placement=PLACEMENTS.get(s.team.placement, 0), spread=s.team.spread)
         self.set(near_distance=evidence.near_distance or 0.0, hold_distance=evidence.hold_distance)
         self.set(match_distance=metrics.match_distance, cutoff=metrics.cutoff, order=metrics.order)
+        self.set(accuse_below=metrics.accuse_below, accuse_frames=metrics.accuse_frames)
         self.set(reward_false_track=reward.false_track, reward_missing_target=reward.missing_target)
         self.set(reward_lost_trust=reward.lost_trust)
 
@@ -147,6 +154,10 @@ class Parameters:
             "initial_score": initial_score(p_detect=belief.p_detect, beta_fp=belief.beta_fp, beta_nt=belief.beta_nt),
             "hit_constant": math.log(belief.p_detect / (2 * math.pi * belief.beta_fp)),
             "miss_gain": math.log1p(-belief.p_detect),
+            "believed_p_detect": belief.p_detect,
+            "believed_beta_fp": belief.beta_fp,
+            "believed_beta_nt": belief.beta_nt,
+            "prior_compromised": math.nan if belief.compromised is None else belief.compromised,
         }
         self["fov_numbers"][k, : len(shape.numbers)] = shape.numbers
         for name, value in values.items():
@@ -157,19 +168,17 @@ class Parameters:
         delete, confirm = score_thresholds(alpha=t.alpha, beta=t.beta)
         self.set(process_noise=t.process_noise, velocity_variance=t.initial_velocity_variance)
         self.set(gate=-2.0 * math.log1p(-t.gate), max_unseen=t.max_unseen)
+        self.set(fusion=FUSIONS[t.fusion], fusion_tolerance=t.fusion_tolerance)
         self.set(confirmation=CONFIRMATIONS[t.confirmation], confirm_threshold=confirm)
         self.set(confirm_m=t.confirm_m, confirm_n=t.confirm_n, confirm_hits=t.confirm_hits)
         self.set(deletion=DELETIONS[t.deletion], delete_threshold=delete)
         self.set(confirmed_drop=t.confirmed_drop, tentative_drop=t.tentative_drop)
 
     def _set_defense(self, s: Scenario, defense: BuiltIn | Defense) -> None:
-        self.set(defense=number_of(defense))
         if isinstance(defense, BuiltIn):
             prefix = name_of(defense)
             self.set(**{f"{prefix}_{name}": value for name, value in defense.values(s.n_agents).items()})
-            self.set(keep_innovations=defense.needs_innovations)
-        else:
-            self.set(keep_innovations=True)
+        self.set(**{f"keep_{what}": what in needs_of(defense) for what in OPTIONAL})
 
 
 def _with_velocity(positions: np.ndarray, dt: float) -> np.ndarray:

@@ -18,6 +18,9 @@ CHOICES = ("random", "nearest", "all")
 class Suppress(Policy):
     """Suppresses the own detections of chosen targets, which it tracks, so that they stay the same targets.
 
+    Where the scenario lists suppressions, those of the own agents are replayed, and choice and fraction do
+    not apply: an agent knows its targets by where they start, and where their velocities would have taken them.
+
     choice       random: every target that comes into sight is chosen with probability `fraction` |
                  nearest: the nearest, until `fraction` of the targets in sight (rounded up) are chosen |
                  all: every detection
@@ -39,10 +42,13 @@ class Suppress(Policy):
 
     def prepare(self, context: PolicyContext) -> None:
         self.targets = DetectionTracker(context.scenario, context.agents, len(context.worlds))
+        self._replays = bool(context.scenario.suppressions)
+        self._origin, self._velocity = _listed_targets(context)
 
     def choose(self, seen: dict[str, np.ndarray]) -> np.ndarray:
         mask = seen["detections_mask"]
-        suppress = mask if self.choice == "all" else self._chosen(seen["detections"], mask)
+        everything = self.choice == "all" and not self._replays
+        suppress = mask if everything else self._chosen(seen["detections"], mask)
         return self.encode(seen["pose"], suppress=suppress & self._active())
 
     def _active(self) -> np.ndarray:
@@ -54,13 +60,22 @@ class Suppress(Policy):
         self.targets.clear(self.frame == 0)
         slot, new = self.targets.update(points, mask)
         chosen = mask & np.take_along_axis(self.targets.chosen, np.maximum(slot, 0), axis=-1)
-        if self.choice == "nearest":
+        if self._replays:
+            chosen |= new & self._listed(points)
+        elif self.choice == "nearest":
             chosen |= self._nearest(mask & ~chosen & self._active())
         elif new.any():
             chosen |= new & (self.draw(CHOOSE, mask.shape[-1]) < self.fraction)
         w, n, d = np.nonzero(chosen)
         self.targets.chosen[w, n, slot[w, n, d]] = True
         return chosen
+
+    def _listed(self, points: np.ndarray) -> np.ndarray:
+        """Which detections bool[W, n, D] lie where a target is that the scenario lists for the agent."""
+        moved = (self.dt * self.frame)[:, None, None, None] * self._velocity
+        offset = points[:, :, :, None] - (self._origin + moved)[:, :, None]  # [W, n, D, S, 2]
+        distance = np.hypot(offset[..., 0], offset[..., 1])
+        return np.any(distance < self.context.scenario.metrics.match_distance, axis=-1)
 
     def _nearest(self, others: np.ndarray) -> np.ndarray:
         """The nearest (the first) of the others: as many as the fraction still lacks."""
@@ -102,3 +117,19 @@ class SelectiveSuppress(Policy):
         honest = self.witnesses.see(seen, points).sum(axis=1)
         active = (self.frame >= self.start)[:, None, None]
         return self.encode(seen["pose"], suppress=mask & active & (adversaries - honest >= self.margin))
+
+
+def _listed_targets(context: PolicyContext) -> tuple[np.ndarray, np.ndarray]:
+    """Start [n, S, 2] (m) and velocity [n, S, 2] (m/s) of the targets that the scenario lists for each agent.
+
+    NaN where an agent has fewer; a velocity that the scenario draws counts as none.
+    """
+    targets = context.scenario.targets
+    positions = np.array(targets.positions or ()).reshape(-1, 2)
+    velocities = np.zeros_like(positions) if targets.velocities is None else np.array(targets.velocities)
+    listed = [[s.target for s in context.scenario.suppressions if s.agent == k] for k in context.agents]
+    start = np.full((len(listed), max(map(len, listed), default=0), 2), np.nan)
+    velocity = np.zeros_like(start)
+    for i, own in enumerate(listed):
+        start[i, : len(own)], velocity[i, : len(own)] = positions[own], velocities[own]
+    return start, velocity

@@ -6,10 +6,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+from invariants import check
 
 import trust_env
 from trust_env.compiled.kernels import kernel
-from trust_env.defenses import DEFENSES, BuiltIn, build_defense
+from trust_env.defenses import DEFENSES, BuiltIn, build_defense, name_of, named_in_full
 from trust_env.frame import declare_defenses
 
 
@@ -21,7 +22,7 @@ class Surprise(BuiltIn):
 
     parameters: ClassVar = {"rate": "f8"}
     memory: ClassVar = {"mean": "f8 G K | of d², in the last frames"}
-    needs_innovations: ClassVar = True
+    needs: ClassVar = ("innovations",)
 
     def __init__(self, rate: float = 0.25, frames: int = 3):
         self.rate, self.frames = rate, frames
@@ -90,6 +91,9 @@ class SurpriseInNumPy:
         return trust_env.Verdict(track_trust=np.where(tracks < 0.0, np.nan, tracks), agent_trust=agents)
 
 
+EVERY = [name if name != "path_trust" else "path_trust(anchor=3)" for name in DEFENSES]
+
+
 @pytest.fixture
 def registered(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(DEFENSES, "surprise", Surprise)
@@ -137,7 +141,46 @@ def test_a_registered_defense_is_listed_and_built_by_name(registered):
     assert build_defense("surprise(rate=0.5)").params() == {"rate": 0.5, "frames": 3}
 
 
+@pytest.mark.parametrize(
+    ("name", "full"),
+    [
+        ("trust", "trust(preset=paper)"),
+        (" trust( trusted=[1] ) ", "trust(preset=paper, trusted=[1])"),
+        ("trust(trusted=[1], preset=mate)", "trust(preset=mate, trusted=[1])"),
+        ("score", "score"),
+        ("majority(window=4)", "majority(window=4)"),
+        ("my.py:trust(x=1)", "my.py:trust(x=1)"),
+    ],
+)
+def test_the_full_name_of_a_defense_has_its_preset(name, full):
+    assert named_in_full(name) == full
+
+
+def test_a_built_defense_is_called_by_its_name_and_preset():
+    assert name_of(build_defense("trust(preset=mate, trusted=[1])")) == "trust(preset=mate)"
+    assert name_of(build_defense("majority(window=4)")) == "majority"
+
+
 def test_a_defense_cannot_have_the_name_of_a_part_of_the_world(monkeypatch):
     monkeypatch.setitem(DEFENSES, "tracks", Surprise)
     with pytest.raises(ValueError, match="cannot be called 'tracks'"):
         declare_defenses()
+
+
+@pytest.mark.core
+@pytest.mark.parametrize("defense", EVERY)
+def test_every_defense_keeps_the_worlds_in_order_whatever_the_batch(defense):
+    small, large = (
+        trust_env.vector_env("patrol(knowledge=white_box)", defense, num_worlds=worlds, max_cycles=20)
+        for worlds in (2, 4)
+    )
+    small.reset(seed=2)
+    large.reset(seed=2)
+    actions = np.random.default_rng(5).uniform(-1.0, 1.0, large.arrays.action.shape)
+    actions[..., -large.scenario.sensor.max_detections :] -= 0.8  # phantoms that stay, and hardly a suppression
+    for _ in range(30):
+        small.step(actions[:2])
+        large.step(actions)
+        check(large)
+        for name in ("agent_trust", "published", "track_trust", "observation"):
+            assert np.array_equal(small.arrays[name], large.arrays[name][:2], equal_nan=True), name

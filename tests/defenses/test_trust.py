@@ -280,6 +280,91 @@ def test_an_even_split_is_not_resolved_without_a_prior_and_is_with_one():
         assert (told.track_trust[0] > 0.5) == trusted and told.agent_trust[k] > told.agent_trust[1 - k]
 
 
+@pytest.mark.core
+@pytest.mark.nojit
+def test_a_single_track_has_a_prior_of_its_own_while_the_others_keep_theirs():
+    """One agent alone sees both tracks, so that they stay where they began; the first comes again under a new id."""
+    seen = dict.fromkeys(("expected", "detected", "held"), np.array([[1, 1], [0, 0]], dtype=bool))
+    frames = [seen | {"track_id": [5, 6]}] * 20 + [seen | {"track_id": [7, 6]}] * 3
+    verdicts = trust_env.replay_evidence(frames, 2, "trust(track_priors={5: (0.2, 10.0)})")
+    assert verdicts[0].track_beliefs == {5: pytest.approx((2.0, 8.0)), 6: pytest.approx((0.5, 0.5))}
+    assert verdicts[19].track_beliefs == verdicts[0].track_beliefs
+    assert verdicts[19].publish.tolist() == [False, True]
+    assert verdicts[-1].track_beliefs == {7: pytest.approx((0.5, 0.5)), 6: pytest.approx((0.5, 0.5))}
+
+
+@pytest.mark.core
+@pytest.mark.nojit
+@pytest.mark.parametrize(("preset", "precision"), [("paper", 10.0), ("cdc2024", None)])
+def test_a_track_forgets_toward_its_own_prior(preset, precision):
+    """`paper` keeps the mean and falls to the precision of the prior, `cdc2024` returns to the prior itself."""
+    seen, gone = one_track([1, 1], [1, 1], [1, 1], 30), one_track([0, 0], [0, 0], [0, 0], 400)
+    last = trust_env.replay_evidence(seen + gone, 2, f"trust(preset={preset}, track_priors={{5: (0.2, 10.0)}})")[-1]
+    if precision is None:
+        assert last.track_beliefs[5] == pytest.approx((2.0, 8.0))
+    else:
+        assert sum(last.track_beliefs[5]) == pytest.approx(precision) and last.track_trust[0] > 0.5
+
+
+@pytest.mark.core
+@pytest.mark.nojit
+@pytest.mark.parametrize(
+    ("odds", "alpha", "beta"),
+    [(1.0, 1.0, 1.0), (2.0, 0.75, 1.0), (0.5, 1.0, 0.75), (4.0, 0.625, 1.0)],
+)
+def test_odds_of_a_false_positive_weigh_a_miss_against_a_hit(odds, alpha, beta):
+    """Beta(.5, .5), then .5 from the hit and .5 from the miss; at odds of 2 the hit weighs half."""
+    defense = f"trust(false_positive_odds={odds})"
+    (verdict,) = trust_env.replay_evidence(one_track([1, 1], [1, 0], [1, 0]), 2, defense)
+    assert verdict.track_beliefs[5] == pytest.approx((alpha, beta))
+
+
+@pytest.mark.core
+@pytest.mark.nojit
+@pytest.mark.parametrize("preset", ["paper", "cdc2024", "mate"])
+def test_odds_of_a_false_positive_resolve_an_even_split_and_leave_agreement_alone(preset):
+    split, agreed = one_track([1, 1], [1, 0], [1, 0], 50), one_track([1, 1], [1, 1], [1, 1], 50)
+    for odds, published in ((8.0, False), (0.125, True)):
+        defense = f"trust(preset={preset}, false_positive_odds={odds})"
+        last = trust_env.replay_evidence(split, 2, defense)[-1]
+        assert last.publish.tolist() == [published] and abs(last.track_trust[0] - 0.5) > 0.1
+        assert (last.agent_trust[0] > last.agent_trust[1]) == published
+        assert trust_env.replay_evidence(agreed, 2, defense)[-1].track_trust[0] > 0.6
+
+
+@pytest.mark.parametrize(
+    ("defense", "message"),
+    [
+        ("trust(track_priors={5: (1.2, 10.0)})", r"track_priors\[5\] must be \(mean, precision\)"),
+        ("trust(track_priors={-1: (0.2, 10.0)})", "track ids, whole numbers from 0"),
+        ("trust(track_priors=[1])", "must map track ids to"),
+        ("trust(false_positive_odds=0)", "false_positive_odds must be a number above 0"),
+    ],
+)
+def test_priors_that_do_not_fit(defense, message):
+    with pytest.raises(ValueError, match=message):
+        trust_env.replay_evidence(one_track([1, 1], [1, 1], [1, 1]), 2, defense)
+
+
+def test_priors_decide_the_even_split_of_case_1_in_the_simulation():
+    """The false positive of agent 0, in view of agents 0 and 1, whose track has id 2: undecided, then not."""
+    from trust_env.agents import Player
+
+    def trust_in_it(priors: str) -> float:
+        env = trust_env.vector_env("case1", f"trust(preset=cdc2024{priors})", num_worlds=8, autoreset=False)
+        player, (seen, _) = Player(env, {"adversary": "false_positive"}), env.reset(seed=0)
+        for _ in range(env.max_cycles):
+            seen, *_ = env.step(player.actions(seen))
+        a, place = env.arrays, np.array(env.scenario.injections[0].position)
+        found = np.linalg.norm(a.track_mean[..., :2] - place, axis=-1) < 0.1
+        assert (a.track_id[found] == 2).all() and found.sum() == 8
+        return float(a.track_trust[found].mean())
+
+    assert trust_in_it("") == pytest.approx(0.5, abs=0.02)
+    assert trust_in_it(", track_priors={2: (0.2, 10.0)}") < 0.4
+    assert trust_in_it(", false_positive_odds=3") < 0.4 < 0.6 < trust_in_it(", false_positive_odds=0.25")
+
+
 TWICE = {"track_id": [1, 1]} | dict.fromkeys(("expected", "detected", "held"), np.ones((2, 2)))
 
 

@@ -13,7 +13,8 @@ import trust_env
 from trust_env.agents import Player
 from trust_env.batch import Arrays
 from trust_env.metrics import METRICS, EpisodeMetrics, gospa, ospa
-from trust_env.metrics.forecast_scores import Forecasts, auroc
+from trust_env.metrics.forecast_scores import Forecasts, auroc, average_precision
+from trust_env.world.fields import FRAME_METRICS
 
 NAN = float("nan")
 pytestmark = pytest.mark.core
@@ -177,6 +178,14 @@ def test_auroc_counts_pairs():
         assert found[w] == pytest.approx(np.mean(pairs), abs=1e-12)
 
 
+def test_average_precision_by_hand():
+    """World 0: of positives at 0.9, 0.5 and 0.2 the precisions are 1, 2/4 (two share 0.5), 3/5. World 1 lacks
+    negatives, world 2 any sample."""
+    scores = np.array([[0.9, 0.5, 0.5, 0.2, 0.7, NAN], [0.1, 0.2, NAN, NAN, NAN, NAN], [NAN] * 6])
+    positive = np.array([[1, 1, 0, 1, 0, 1], [1, 1, 0, 0, 0, 0], [0] * 6], bool)
+    np.testing.assert_allclose(average_precision(scores, positive), [(1 + 2 / 4 + 3 / 5) / 3, NAN, NAN], rtol=1e-15)
+
+
 def test_forecasts_by_hand():
     """0.12 and 0.18 share a bin: |0.30 - 1| / 4; 1.0 and 0.95 the last: |1.95 - 1| / 4; in all 1.65 / 4."""
     forecasts = Forecasts(2)
@@ -196,7 +205,7 @@ class _FakeWorlds:
 
     num_worlds, horizon = 2, 12
     roles = np.array([1, -1, -1])
-    scenario = SimpleNamespace(metrics=SimpleNamespace(accuse_below=0.4))
+    scenario = SimpleNamespace(metrics=SimpleNamespace(accuse_below=0.4, accuse_frames=3))
 
     def __init__(self):
         self.arrays = SimpleNamespace(
@@ -206,6 +215,13 @@ class _FakeWorlds:
             track_score=np.zeros((2, 3)),
             publish=np.ones((2, 3), bool),
             agent_trust=np.full((2, 3), NAN),
+            first_edit=np.zeros((2, 3), int),
+            published=np.zeros((2, 3), bool),
+            track_target=np.full((2, 3), -1),
+            track_injected=np.zeros((2, 3), bool),
+            track_watchers=np.zeros((2, 3, 2), int),
+            scored_watchers=np.zeros((2, 1, 2), int),
+            scored_missing=np.zeros((2, 1), bool),
         )
         self.now = {}
 
@@ -214,8 +230,7 @@ class _FakeWorlds:
 
 
 def _frame(**values):
-    names = ("false_tracks", "injected_tracks", "missing_targets", "visible_targets", "gospa", "ospa")
-    return {name: np.array(values.get(name, (0.0, 0.0)), dtype=float) for name in names}
+    return {name: np.array(values.get(name, (0.0, 0.0)), dtype=float) for name in FRAME_METRICS}
 
 
 def _by_hand():
@@ -229,13 +244,23 @@ def _by_hand():
             missing_targets=(1.0, 0.0),
             visible_targets=(4.0 if frame < 12 else 6.0, 0.0),
             gospa=(frame, 3.0),
+            gospa_localisation=(4.0, 0.0),
+            gospa_missed=(5.0, 0.0),
+            gospa_false=(6.0, 0.0),
             ospa=(2.0, 0.0),
+            published_tracks=(5.0, 0.0),
+            siap_targets=(4.0, 0.0),
+            siap_tracked_targets=(2.0, 0.0),
+            siap_tracks=(3.0, 0.0),
+            siap_position_error=(frame, 0.0),
+            siap_velocity_error=(6.0, 0.0),
         )
         a.scored_confirmed[0] = [True, True, frame >= 4]
         a.track_label[0] = [5, -1, -1]
         a.track_score[0] = [0.0, math.log(3.0), -math.log(3.0)]  # existence 1/2, 3/4, 1/4
         a.track_trust[0] = [0.9, 0.25, NAN]
         a.publish[0] = [frame != 2, False, True]
+        a.first_edit[0, 0] = 3 if frame >= 3 else 0
         a.agent_trust[0] = [0.5 if frame < 7 else 0.2, 0.8, NAN if frame < 12 else 0.1]
         metrics.update(worlds.now if frame % 2 else None)
     return metrics.result()
@@ -251,11 +276,21 @@ def test_episode_metrics_by_hand():
             "damage_per_frame": 1 + 20 / 12,
             "missing_fraction": 2 / (4 + 6),  # frames 11 and 12
             "gospa": 6.5,
+            "gospa_localisation": 4.0,
+            "gospa_missed": 5.0,
+            "gospa_false": 6.0,
             "ospa": 2.0,
+            "siap_completeness": 2 / 4,
+            "siap_ambiguity": 3 / 2,
+            "siap_spuriousness": 2 / 5,
+            "siap_position_error": 6.5 / 3,
+            "siap_velocity_error": 6 / 3,
             "frames_to_first_false_track": 4.0,
-            "adversary_auroc": 0.5,  # 0.35 lies below 0.8, not below 0.1
-            "false_accusation_rate": 0.5,
-            "detection_delay": 7.0,
+            "adversary_auroc": 0.5,  # (4 · 0.5 + 6 · 0.2) / 10 from the first edit on lies below 0.8, not below 0.1
+            "adversary_average_precision": 0.5,
+            "accusation_rate": 1.0,  # from frame 7 on
+            "false_accusation_rate": 0.0,  # one frame is not three
+            "detection_delay": 4.0,  # since frame 3
             "track_auroc": 1.0,
             "true_track_rejection_rate": 1 / 12,
             "false_track_rejection_rate": 12 / 21,
@@ -263,7 +298,7 @@ def test_episode_metrics_by_hand():
             "track_trust_brier": (0.1**2 + 0.25**2) / 2,
             "agent_trust_brier": (6 * 0.5**2 + 6 * 0.2**2 + 12 * 0.2**2 + 0.9**2) / 25,
             "track_trust_calibration_error": (12 * 0.1 + 12 * 0.25) / 24,
-            "agent_trust_calibration_error": (6 * 0.5 + 6 * 0.2 + 12 * 0.2 + 0.9) / 25,
+            "agent_trust_calibration_error": (abs(6 * 0.5 - 2) + 6 * 0.2 + 12 * 0.2 + 0.9) / 25,
         },
         abs=1e-12,
     )
@@ -278,18 +313,11 @@ def test_what_an_episode_gives_no_ground_for_is_nan():
         "missing_targets_per_frame": 0.0,
         "damage_per_frame": 0.0,
         "gospa": 3.0,
+        "gospa_localisation": 0.0,
+        "gospa_missed": 0.0,
+        "gospa_false": 0.0,
         "ospa": 0.0,
-        "frames_to_first_false_track": 13.0,
     }
-
-
-def test_trust_that_never_falls_is_a_delay_beyond_the_horizon():
-    worlds = _FakeWorlds()
-    worlds.arrays.agent_trust[...] = 0.4  # not below
-    metrics = EpisodeMetrics(SimpleNamespace(worlds=worlds))
-    metrics.update(_frame())
-    assert metrics.result()["detection_delay"].tolist() == [13.0, 13.0]
-    assert metrics.result()["false_accusation_rate"].tolist() == [0.0, 0.0]
 
 
 # --- real episodes --------------------------------------------------------------------------------
@@ -302,46 +330,72 @@ def _play(env, attack, frames, look):
         look(info)
 
 
-def _plainly(frames, scenario, horizon):
+def _plainly(frames, scenario):
     """The metrics of one world from copies of its arrays, with loops."""
-    roles, at = scenario.roles, scenario.metrics.accuse_below
-    benign = [k for k, role in enumerate(roles) if role == "benign"]
-    adversaries = [k for k, role in enumerate(roles) if role == "adversary"]
+    settings = scenario.metrics
+    edits = frames[-1].first_edit
+    adversaries = {k: edits[k] for k, role in enumerate(scenario.roles) if role == "adversary" and edits[k] > 0}
+    benign = [k for k in range(len(scenario.roles)) if k not in adversaries]
     tracks = [
         (f.track_trust[j], f.track_label[j] >= 0, bool(f.publish[j]), 1 / (1 + math.exp(-f.track_score[j])))
         for f in frames
         for j in range(len(f.track_label))
         if f.scored_confirmed[j]
     ]
-    agents = [(f.agent_trust[k], k in benign) for f in frames for k in range(len(roles))]
-    accused = [
-        i for i, f in enumerate(frames, 1) if any(f.agent_trust[k] < at for k in range(len(roles)) if k not in benign)
+    agents = [
+        (f.agent_trust[k], i < adversaries.get(k, math.inf))
+        for i, f in enumerate(frames, 1)
+        for k in range(len(scenario.roles))
     ]
-    injected = [i for i, f in enumerate(frames, 1) if f.metrics[1] > 0]
+    trust = {k: [f.agent_trust[k] for f in frames] for k in range(len(scenario.roles))}
+    accused = {
+        k: _accused_from(trust[k], adversaries.get(k, 1), settings.accuse_below, settings.accuse_frames) for k in trust
+    }
+    delays = sorted(accused[k] - first for k, first in adversaries.items())
+    injected = [i for i, f in enumerate(frames, 1) if f.now["injected_tracks"] > 0]
     late = frames[10:]
-    mean = [np.mean([f.agent_trust[k] for f in frames]) for k in range(len(roles))]
+    mean = {k: np.mean(trust[k][adversaries.get(k, 1) - 1 :]) for k in trust}
     true, false = [t for t in tracks if t[1]], [t for t in tracks if not t[1]]
+    total = {name: sum(f.now[name] for f in frames) for name in FRAME_METRICS}
     return {
-        "false_tracks_per_frame": np.mean([f.metrics[0] for f in frames]),
-        "injected_tracks_per_frame": np.mean([f.metrics[1] for f in frames]),
-        "missing_targets_per_frame": np.mean([f.metrics[2] for f in frames]),
-        "damage_per_frame": np.mean([f.metrics[0] + f.metrics[2] for f in frames]),
-        "missing_fraction": sum(f.metrics[2] for f in late) / sum(f.metrics[3] for f in late),
-        "gospa": np.mean([f.metrics[5] for f in frames]),
-        "ospa": np.mean([f.metrics[6] for f in frames]),
-        "frames_to_first_false_track": injected[0] if injected else horizon + 1,
+        "damage_per_frame": (total["false_tracks"] + total["missing_targets"]) / len(frames),
+        "false_tracks_per_frame": total["false_tracks"] / len(frames),
+        "injected_tracks_per_frame": total["injected_tracks"] / len(frames),
+        "missing_targets_per_frame": total["missing_targets"] / len(frames),
+        "missing_fraction": sum(f.now["missing_targets"] for f in late) / sum(f.now["visible_targets"] for f in late),
+        "gospa": total["gospa"] / len(frames),
+        "gospa_localisation": total["gospa_localisation"] / len(frames),
+        "gospa_missed": total["gospa_missed"] / len(frames),
+        "gospa_false": total["gospa_false"] / len(frames),
+        "ospa": total["ospa"] / len(frames),
+        "siap_completeness": total["siap_tracked_targets"] / total["siap_targets"],
+        "siap_ambiguity": total["siap_tracks"] / total["siap_tracked_targets"],
+        "siap_spuriousness": 1 - total["siap_tracks"] / total["published_tracks"],
+        "siap_position_error": total["siap_position_error"] / total["siap_tracks"],
+        "siap_velocity_error": total["siap_velocity_error"] / total["siap_tracks"],
+        "frames_to_first_false_track": injected[0] if injected else NAN,
         "adversary_auroc": _pairs_in_order([mean[b] for b in benign], [mean[a] for a in adversaries]),
-        "false_accusation_rate": np.mean([frames[-1].agent_trust[k] < at for k in benign]),
-        "detection_delay": accused[0] if accused else horizon + 1,
+        "adversary_average_precision": np.mean(
+            [np.mean([k in adversaries for k in mean if mean[k] <= mean[a]]) for a in adversaries]
+        ),
+        "accusation_rate": np.mean([accused[k] < math.inf for k in adversaries]),
+        "false_accusation_rate": np.mean([accused[k] < math.inf for k in benign]),
+        "detection_delay": delay if (delay := delays[(len(delays) - 1) // 2]) < math.inf else NAN,
         "track_auroc": _pairs_in_order([t[0] for t in true], [t[0] for t in false]),
         "true_track_rejection_rate": np.mean([not t[2] for t in true]),
         "false_track_rejection_rate": np.mean([not t[2] for t in false]),
         "existence_brier": np.mean([(t[3] - t[1]) ** 2 for t in tracks]),
         "track_trust_brier": np.mean([(t[0] - t[1]) ** 2 for t in tracks]),
-        "agent_trust_brier": np.mean([(t - b) ** 2 for t, b in agents]),
         "track_trust_calibration_error": _calibration_error([(t[0], t[1]) for t in tracks]),
+        "agent_trust_brier": np.mean([(t - b) ** 2 for t, b in agents]),
         "agent_trust_calibration_error": _calibration_error(agents),
     }
+
+
+def _accused_from(trust, first, below, length):
+    """The first frame, from `first` on, at which trust stays below for so many frames; inf: there is none."""
+    starts = range(first, len(trust) - length + 2)
+    return next((i for i in starts if all(t < below for t in trust[i - 1 : i - 1 + length])), math.inf)
 
 
 def _pairs_in_order(high, low):
@@ -358,20 +412,25 @@ def _calibration_error(samples):
 
 
 def test_episode_metrics_of_a_batch_equal_plain_loops():
-    venv = trust_env.vector_env("patrol", "trust", num_worlds=3, max_cycles=40, autoreset=False)
+    scenario = "patrol(metrics={'accuse_below': 0.5, 'accuse_frames': 4})"
+    venv = trust_env.vector_env(scenario, "trust", num_worlds=6, max_cycles=40, autoreset=False)
     metrics, copies = EpisodeMetrics(venv), []
 
     def look(info):
         metrics.update(info)
-        copies.append({name: np.array(view) for name, view in venv.arrays.items()})
+        copies.append({name: np.array(view) for name, view in venv.arrays.items()} | {"now": venv.worlds.metrics()})
 
-    _play(venv, "false_positive", 40, look)
+    _play(venv, "sleeper(start=7, inner=false_positive)", 40, look)
     found = metrics.result()
     assert tuple(found) == tuple(METRICS)
-    for w in range(3):
-        frames = [SimpleNamespace(**{name: copy[name][w] for name in copy}) for copy in copies]
-        expected = _plainly(frames, venv.scenario, 40)
-        assert {name: values[w] for name, values in found.items()} == pytest.approx(expected, abs=1e-9)
+    for w in range(6):
+        frames = [SimpleNamespace(**{name: copy[name][w] for name in copy if name != "now"}) for copy in copies]
+        for frame, copy in zip(frames, copies):
+            frame.now = {name: values[w] for name, values in copy["now"].items()}
+        expected = _plainly(frames, venv.scenario)
+        assert {name: values[w] for name, values in found.items()} == pytest.approx(expected, abs=1e-9, nan_ok=True)
+    delay = found["detection_delay"]
+    assert np.isnan(delay).any() and np.unique(delay[~np.isnan(delay)]).size > 1
 
 
 def test_one_world_gives_what_its_row_in_a_batch_gives():
@@ -399,10 +458,11 @@ def test_the_frames_gospa_is_the_functions():
         counted = a.scored_visible[0].copy()
         counted[a.track_target[0][a.published[0] & (a.track_target[0] >= 0)]] = True
         x, y = a.track_mean[0][a.published[0], :2], a.scored_state[0][counted, :2]
-        distance, localisation, _, _ = gospa(x, y, settings.cutoff, settings.order)
+        distance, *parts = gospa(x, y, settings.cutoff, settings.order)
         values = env.worlds.metrics()
         assert values["gospa"][0] == pytest.approx(distance, abs=1e-9)
-        assert values["gospa_localisation"][0] == pytest.approx(localisation, abs=1e-9)
+        shown = [values[f"gospa_{part}"][0] for part in ("localisation", "missed", "false")]
+        assert shown == pytest.approx(parts, abs=1e-9)
         assert values["ospa"][0] == pytest.approx(ospa(x, y, settings.cutoff, settings.order), abs=1e-9)
 
 

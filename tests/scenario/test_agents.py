@@ -32,6 +32,7 @@ def test_agents_differ_only_in_the_fields_they_give() -> None:
         "p_detect": 0.9,
         "beta_fp": 1e-5,
         "beta_nt": pytest.approx(1e-8),
+        "compromised": None,
     }
     assert second.budget.model_dump() == {"injections": 1, "suppressions": 16}
     assert third.fov.area == 6.0

@@ -15,8 +15,9 @@ from trust_env.scenario import Scenario, load_scenario, scenarios
 SIMULATED = [name for name in scenarios() if name != "skies"]
 
 
-def test_there_are_seven_of_them() -> None:
-    assert scenarios() == ("case1", "case2", "crowd", "patrol", "skies", "theorem", "trio")
+def test_there_are_nine_of_them() -> None:
+    paper = ("case1", "case1_fn", "case2", "case2_fn")
+    assert scenarios() == (*paper, "crowd", "patrol", "skies", "theorem", "trio")
 
 
 @pytest.mark.parametrize("name", SIMULATED)
@@ -35,7 +36,7 @@ def test_patrol_has_the_numbers_of_the_design() -> None:
     assert agent.position is None  # drawn at every reset
     assert agent.fov.area == pytest.approx(math.pi * 350**2)
     assert agent.sensor.covariance == ((25.0, 0.0), (0.0, 25.0))
-    assert agent.belief.model_dump() == {"p_detect": 0.9, "beta_fp": 1e-6, "beta_nt": 1e-9}
+    assert agent.belief.model_dump(exclude_none=True) == {"p_detect": 0.9, "beta_fp": 1e-6, "beta_nt": 1e-9}
     assert agent.budget.model_dump() == {"injections": 0, "suppressions": 16}
     assert patrol.agent(0).budget.model_dump() == {"injections": 4, "suppressions": 16}
 
@@ -74,6 +75,18 @@ def test_false_positives_of_the_cases_lie_in_the_fov_of_their_agent() -> None:
     for case in (load_scenario("case1"), load_scenario("case2")):
         for injection in case.injections:
             assert math.dist(injection.position, case.agent(injection.agent).position or ()) < 0.95
+
+
+@pytest.mark.parametrize("name", ["case1", "case2"])
+def test_suppressions_stand_in_the_place_of_the_injections(name: str) -> None:
+    """The agents that injected a false positive keep silent about a target at its position; the rest is the same."""
+    case, silent = load_scenario(name), load_scenario(f"{name}_fn")
+    positions = silent.targets.positions or ()
+    assert [(s.agent, positions[s.target]) for s in silent.suppressions] == [
+        (i.agent, i.position) for i in case.injections
+    ]
+    assert positions[:4] == case.targets.positions and silent.injections == ()
+    assert silent.agents == case.agents and silent.tracker == case.tracker and silent.sensor == case.sensor
 
 
 def test_theorem_has_noise_of_determinant_five_and_any_number_of_agents() -> None:

@@ -78,6 +78,19 @@ from trust_env.scenario.memory import bytes_by_field
             "at most 0 injections of benign_0, its budget",
         ),
         (
+            {"suppressions": [{"agent": 5, "target": 0}], "positions": [[0, 0]]},
+            "suppressions[0].agent = 5 (override): expected the index of an agent, 0 to 4",
+        ),
+        (
+            {"suppressions": [{"agent": 0, "target": 1}], "positions": [[0, 0]]},
+            "suppressions[0].target = 1 (override): expected the index of one of targets.positions, 0 to 0",
+        ),
+        ({"suppressions": [{"agent": 0, "target": 0}]}, "expected targets.positions, which this is the index in"),
+        (
+            {"suppressions": [{"agent": 0, "target": 0}], "positions": [[0, 0]], "suppression.adversary": 0},
+            "expected at most 0 suppressions of adversary_0, its budget",
+        ),
+        (
             {"agents": [{"role": "benign", "fov": {"radius": -1}}]},
             "agents[0].fov.radius = -1.0 (override)",
         ),
@@ -116,6 +129,27 @@ def test_everything_that_is_wrong_is_listed_at_once(error_of) -> None:
         "dt", "targets.data", "area", "knowledge", "sensor.max_detections", "sensor.p_detect", "sensor.noise_cov",
         "tracker.gaet", "tracker.confirm_m", "tracker.beta", "targets.speed", "agents[0].fov.radius",
         "injections[0].agent", "metrics",
+    ])  # fmt: skip
+
+
+def test_everything_that_is_wrong_with_several_agents_is_listed_at_once(error_of) -> None:
+    """Types and ranges of one entry hide neither the geometry of another nor what is not in the list at all."""
+    found = error_of({
+        "agents": [
+            {"role": "benign", "fov": {"radius": -3}, "sensor": {"p_detect": 3}},
+            {"role": "bening", "position": [0], "fov": {"type": "sector", "width": 9}, "belief": {"beta_fp": -1}},
+            {"fov": {"type": "polygon", "vertices": [[0, 0], [1, 1], [2, 2]]},
+             "sensor": {"sigma": 1, "noise_cov": [[1, 0], [0, 1]]}},
+            5,
+        ],
+        "tracker": {"gate": 2, "confirm_m": 9, "confirm_n": 3},
+        "injections": [{"agent": 1, "position": [0, 0]}, {"agent": 7, "position": [0, 0]}],
+    }).splitlines()  # fmt: skip
+    fields = [line.removeprefix("mapping: ").split(" = ")[0].split(":")[0] for line in found]
+    assert sorted(fields) == sorted([
+        "agents[0].fov.radius", "agents[0].sensor.p_detect", "agents[1].role", "agents[1].position",
+        "agents[1].fov.width", "agents[1].belief.beta_fp", "agents[2].role", "agents[2].fov.vertices",
+        "agents[2].sensor.sigma", "agents[3]", "tracker.gate", "tracker.confirm_m", "injections[1].agent",
     ])  # fmt: skip
 
 

@@ -26,7 +26,7 @@ def test_overrides_name_fields_by_dotted_path_or_last_name() -> None:
     [
         (
             "patroll",
-            "unknown scenario 'patroll'; did you mean 'patrol'? known: case1, case2, crowd, patrol",
+            "unknown scenario 'patroll'; did you mean 'patrol'? known: case1, case1_fn, case2, case2_fn, crowd, patrol",
         ),
         ("patrol(gaet=1)", "patrol: gaet = 1 (override): unknown field; did you mean 'tracker.gate'?"),
         ("patrol(tracker.gaet=1)", "unknown field; did you mean 'tracker.gate'?"),

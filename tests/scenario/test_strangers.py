@@ -109,7 +109,8 @@ def test_a_chain_of_bases_has_an_end(error_of, yaml_file) -> None:
 def test_paths_that_are_none_are_refused(error_of, yaml_file, tmp_path: Path) -> None:
     assert "'a\\x00b.yaml': embedded null byte; expected the path" in error_of(yaml_file('base: "a\\0b.yaml"'))
     assert "expected name, name(key=value, ...)" in error_of(yaml_file('base: "a\\0b"'))
-    assert "base: '~nobody_of_this_name/a.yaml'" in error_of(yaml_file("base: ~nobody_of_this_name/a.yaml"))
+    missing = error_of(yaml_file("base: ~nobody_of_this_name/a.yaml"))
+    assert "base: ~nobody_of_this_name/a.yaml: there is no such file" in missing
     os.mkfifo(tmp_path / "pipe.yaml")
     assert "expected a YAML file, not a pipe or device" in error_of("pipe.yaml")
     os.mkfifo(tmp_path / "pipe.csv")

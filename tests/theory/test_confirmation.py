@@ -1,4 +1,4 @@
-"""Theorem 1 against the published tables, and its sequential form against numbers worked out by hand."""
+"""Theorem 1 against the published tables, and the corrected bound against numbers worked out by hand."""
 
 import json
 import math

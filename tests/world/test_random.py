@@ -130,9 +130,9 @@ def test_every_part_of_the_key_matters():
 
 def test_no_two_streams_share_their_numbers():
     streams = {getattr(random, name) for name in dir(random) if name.isupper() and len(name) > 1 and name[0] != "_"}
-    assert streams == set(range(8))
+    assert streams == set(range(9))
     blocks = [draws(run_uniform_pairs, 500, stream=s)[:, 0] for s in streams]
-    assert len(np.unique(np.concatenate(blocks))) == 8 * 500
+    assert len(np.unique(np.concatenate(blocks))) == 9 * 500
 
 
 @pytest.mark.core

@@ -12,6 +12,7 @@ from typing import Any
 import trust_env
 from trust_env.agents import is_run, parse_policy
 from trust_env.agents.learned.policy import Learned
+from trust_env.defenses import named_in_full
 from trust_env.files import expanded
 from trust_env.parallel import TrustEnv
 from trust_env.scenario import Scenario
@@ -50,7 +51,8 @@ def _named_spec(item: Any, build: Callable[[Any], Any], read: Callable[[str], Sp
     if isinstance(item, str):
         spec = read(item)
         build(str(spec))  # refuses what cannot be built before anything is played
-        name = item.strip() if read is parse_policy and is_run(item) else str(spec)
+        full = str(spec) if read is parse_policy else named_in_full(item)
+        name = item.strip() if read is parse_policy and is_run(item) else full
         return NamedSpec(name, lambda: build(str(spec)), spec)
     build(item)
     name = getattr(item, "name", None) or type(item).__name__

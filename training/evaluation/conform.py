@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
+import inspect
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +17,8 @@ from rich.text import Text
 import trust_env
 from trust_env.agents import Player, build_policy, sufficient_knowledge
 from trust_env.conformance import CHECKS, Report, check, random_policy
-from trust_env.scenario import load_scenario
+from trust_env.defenses import DEFENSES, named_in_full
+from trust_env.scenario import Scenario, load_scenario
 from trust_env.spec import load_object, parse, split_specs
 from trust_env.training.console import print_table, progress_bar
 from trust_env.training.evaluation.recording import needs_recording
@@ -64,8 +67,9 @@ def conform(
     """Run `trust_env.conformance.check` on scenarios x defenses, or on the environment that `env` makes.
 
     scenarios, defenses: names in a text with commas, or a list; by default all built in (what needs a
-    recording only with `data`). env: `my_file.py:make_env`, a function or class that returns a ParallelEnv.
-    attack: who plays the adversaries; by default all actions are random. max_seconds: of an episode.
+    recording only with `data`, no defense that needs a parameter or takes fewer agents). env:
+    `my_file.py:make_env`, a function or class that returns a ParallelEnv. attack: who plays the
+    adversaries; by default all actions are random. max_seconds: of an episode.
     """
     if env is not None:
         if scenarios is not None or defenses is not None or attack is not None:
@@ -109,11 +113,24 @@ def _environments(
         recording = {"targets.data": data} if data is not None and needs_recording(source) else {}
         scenario = load_scenario(source, **recording)
         scenario = load_scenario(scenario, knowledge=sufficient_knowledge(scenario, *policies))
-        for defense in defenses or trust_env.defenses():
+        for defense in defenses or _fitting_defenses(scenario):
             trust_env.parallel_env(scenario, defense).close()  # raises what is wrong with the arguments
             makes = (functools.partial(make, scenario, defense) for make in (trust_env.parallel_env, trust_env.env))
-            subjects.append((f"{scenario.name} x {defense}", *makes))
+            name = named_in_full(defense) if isinstance(defense, str) else defense
+            subjects.append((f"{scenario.name} x {name}", *makes))
     return subjects
+
+
+def _fitting_defenses(scenario: Scenario) -> list[str]:
+    """The built-in defenses that need no parameters and take as many agents."""
+    fitting = []
+    for name, defense in DEFENSES.items():
+        needed = [p for p in inspect.signature(defense).parameters.values() if p.default is p.empty]
+        if all(p.kind is p.VAR_KEYWORD for p in needed):
+            with contextlib.suppress(ValueError):
+                defense().values(scenario.n_agents)
+                fitting.append(name)
+    return fitting
 
 
 def _factory(text: str) -> Any:

@@ -19,13 +19,13 @@ from trust_env.batch import checked_seed
 from trust_env.defenses import BuiltIn, build_defense
 from trust_env.errors import positive_int
 from trust_env.files import expanded, locked
-from trust_env.metrics import METRICS
 from trust_env.parallel import TrustEnv
 from trust_env.scenario import Scenario, load_scenario
 from trust_env.training.console import Advance, progress_bar
+from trust_env.training.evaluation.cell import Batch, Cell, join_batches
 from trust_env.training.evaluation.configuration import NamedSpec, configuration, named_specs
 from trust_env.training.evaluation.play import play_worlds
-from trust_env.training.evaluation.results import Cell, Results
+from trust_env.training.evaluation.results import Results
 from trust_env.training.evaluation.run_folder import RunFolder
 from trust_env.vector import VectorEnv
 
@@ -157,20 +157,18 @@ class _Evaluation:
 
     def _play_cell(self, attack: NamedSpec, defense: NamedSpec, advance: Advance) -> Cell:
         found = [self._play_worlds(attack, defense, worlds, self.horizon, advance) for worlds in self._batches()]
-        metrics = {name: np.concatenate([batch[name] for batch in found]) for name in METRICS}
-        return Cell(attack.name, defense.name, metrics)
+        return join_batches(attack.name, defense.name, found, self.horizon)
 
     def _play_worlds(
         self, attack: NamedSpec, defense: NamedSpec, worlds: np.ndarray, frames: int, advance: Advance
-    ) -> dict[str, np.ndarray]:
+    ) -> Batch:
         return self._play_policy(attack.construct(), defense, worlds, frames, advance)
 
-    def _play_policy(
-        self, policy: Any, defense: NamedSpec, worlds: np.ndarray, frames: int, advance: Advance
-    ) -> dict[str, np.ndarray]:
+    def _play_policy(self, policy: Any, defense: NamedSpec, worlds: np.ndarray, frames: int, advance: Advance) -> Batch:
         venv = VectorEnv(self.scenario, defense.construct(), len(worlds), self.max_cycles, autoreset=False)
         try:
-            return play_worlds(venv, {"adversary": policy}, worlds, self.seed, frames, advance)
+            metrics = play_worlds(venv, {"adversary": policy}, worlds, self.seed, frames, advance)
+            return Batch(metrics.result(), metrics.reliability(), metrics.strata())
         finally:
             venv.close()
 

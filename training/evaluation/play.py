@@ -20,8 +20,8 @@ def play_worlds(
     seed: int,
     frames: int,
     advance: Advance = lambda _: None,
-) -> dict[str, np.ndarray]:
-    """The metrics of episode 0 of the given worlds[venv.num_worlds] of a seed, float64[len(worlds)] each.
+) -> EpisodeMetrics:
+    """The metrics of episode 0 of the given worlds[venv.num_worlds] of a seed.
 
     policies: by role or agent, as a `Player` takes them.
     """
@@ -31,4 +31,4 @@ def play_worlds(
         observations, _, _, _, info = venv.step(player.actions(observations))
         metrics.update(info)
         advance(1)
-    return metrics.result()
+    return metrics

@@ -1,7 +1,8 @@
 """The folder of an evaluation: results.parquet with every finished cell, and results.json. Lock it first.
 
 A finished cell survives whatever happens next, as each file is written whole or not at all. The configuration
-stands in results.parquet, so that a run is resumed with the same one only.
+stands among the metadata of results.parquet, so that a run is resumed with the same one only; so do the strata, which
+are of cells and not of episodes.
 """
 
 from __future__ import annotations
@@ -14,10 +15,12 @@ from pathlib import Path
 from typing import Any
 
 from trust_env.files import folder_contents, remove_unfinished, require_empty, write_atomically
-from trust_env.training.evaluation.results import Cell, Results, cells_of
+from trust_env.training.evaluation.cell import Cell
+from trust_env.training.evaluation.results import Results, cells_of
 
 ROWS, SUMMARY = "results.parquet", "results.json"
 _CONFIGURATION = b"trust_env.configuration"
+_STRATA = b"trust_env.strata"
 _BYTES_PER_EPISODE = 1024  # of results.parquet, generously
 
 
@@ -50,7 +53,8 @@ class RunFolder:
         file = self.path / ROWS
         try:
             table = pq.read_table(file)
-            saved, cells = json.loads((table.schema.metadata or {})[_CONFIGURATION]), cells_of(table)
+            saved, strata = (json.loads((table.schema.metadata or {})[key]) for key in (_CONFIGURATION, _STRATA))
+            cells = cells_of(table, strata)
         except (pa.ArrowInvalid, KeyError, ValueError) as fault:
             raise ValueError(f"{file}: not the results of an evaluation: {fault}") from None
         require_same_configuration(self.path, saved, self._configuration)
@@ -65,7 +69,7 @@ class RunFolder:
         """Write all cells of `results` to both files."""
         import pyarrow.parquet as pq
 
-        metadata = {_CONFIGURATION: json.dumps(self._configuration)}
+        metadata = {_CONFIGURATION: json.dumps(self._configuration), _STRATA: json.dumps(results.strata())}
         table = results.to_arrow().replace_schema_metadata(metadata)
         write_atomically(self.path / ROWS, lambda file: pq.write_table(table, file))
         text = json.dumps(results.to_dict(), indent=2, allow_nan=False) + "\n"

@@ -11,6 +11,7 @@ from stable_baselines3 import PPO
 
 import trust_env
 from trust_env.agents.learned.policy_file import save_policy
+from trust_env.defenses import named_in_full
 from trust_env.parallel import TrustEnv
 from trust_env.training.learning.configuration import Configuration
 from trust_env.training.learning.learners import Learners
@@ -62,7 +63,7 @@ def _hidden_layers(weights: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 def _about(model: PPO, learners: Learners, config: Configuration) -> dict[str, Any]:
     return {
         "scenario": learners.scenario.name,
-        "defense": config.defense,
+        "defense": named_in_full(config.defense),
         "role": config.role,
         "seed": config.seed,
         "steps": model.num_timesteps,

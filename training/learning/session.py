@@ -130,7 +130,7 @@ class Session:
         policies = {config.role: Learned(str(self.folder.path)), **config.others}
         episodes, seed = config.evaluation.episodes, config.evaluation.seed
         venv = VectorEnv(self.scenario, config.defense, episodes, threads=config.threads, autoreset=False)
-        found = play_worlds(venv, policies, np.arange(episodes), seed, venv.max_cycles)
+        found = play_worlds(venv, policies, np.arange(episodes), seed, venv.max_cycles).result()
         venv.close()
         record = self.logs.evaluation.record
         record("time/steps", self.steps, exclude="tensorboard")
@@ -139,7 +139,8 @@ class Session:
                 record(f"evaluation/{name}", float(np.nanmean(found[name])))
         self.logs.evaluation.dump(self.steps)
         self._evaluated = self.steps
-        tell(f"damage per frame {found['damage_per_frame'].mean():.2f}")
+        false, missing = (found[f"{part}_per_frame"].mean() for part in ("false_tracks", "missing_targets"))
+        tell(f"damage per frame {false + missing:.2f}: {false:.2f} false, {missing:.2f} missing")
 
     def _export(self) -> None:
         export_policy(self.folder.path, self.model, self.env.learners, self.config)

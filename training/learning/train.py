@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from trust_env.defenses import build_defense, refuse_reference
 from trust_env.files import expanded, locked
 from trust_env.scenario import Scenario, load_scenario
 from trust_env.training.console import progress_bar
@@ -112,6 +113,7 @@ def _new_run(scenario: Any, config: Any, given: Mapping[str, Any]) -> tuple[Conf
         named = load_scenario(scenario).name
     settings = load_configuration(config, given if named is None else {"scenario": str(named), **given})
     loaded = load_scenario(settings.scenario if scenario is None else scenario)
+    refuse_reference(build_defense(settings.defense), "training")
     build_learners(settings, loaded, num_worlds=1).close()  # ValueError for what does not fit together
     return settings, loaded
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_AGENT_COLOURS = ("#2563af", "#0f8750", "#b03a2e")
+AGENT_COLOURS = ("#2563af", "#0f8750", "#b03a2e")
 _TARGET_COLOURS, _FALSE_COLOURS = ("#2563af", "#0891b2", "#0f8750", "#6d5ac7"), ("#b03a2e", "#e08214")
 _GREY = "#7c8695"
 
@@ -26,13 +26,11 @@ def panel_figure(published: Mapping[PanelKey, Panel], ours: Mapping[PanelKey, Pa
     axes = figure.subplots(2, len(published), sharex=True, sharey=True, squeeze=False)
     figure.suptitle(f"Trust in the two case studies: lines ours (preset {preset}), dots published", fontweight="bold")
     for column, key in enumerate(published):
-        case, trusted = key
-        title = f"Case {case[-1]}, {'strong prior on agent 1' if trusted else 'no prior'}"
-        axes[0, column].set_title(title)
-        labels, colours = _track_styles(case)
+        axes[0, column].set_title(panel_title(key))
+        labels, colours = track_styles(key[0])
         _draw_curves(axes[0, column], published[key].tracks, ours[key].tracks, labels, colours)
-        names = [f"agent {k}" for k in range(len(_AGENT_COLOURS))]
-        _draw_curves(axes[1, column], published[key].agents, ours[key].agents, names, _AGENT_COLOURS)
+        names = [f"agent {k}" for k in range(len(AGENT_COLOURS))]
+        _draw_curves(axes[1, column], published[key].agents, ours[key].agents, names, AGENT_COLOURS)
         axes[1, column].set_xlabel("frame")
         axes[0, column].legend(loc="upper center", bbox_to_anchor=(0.5, -0.04), ncols=1, handlelength=1.2)
     axes[0, 0].set(ylabel="trust in the tracks", ylim=(0, 1), xlim=(0, 20.5), xticks=range(0, 21, 5))
@@ -41,7 +39,13 @@ def panel_figure(published: Mapping[PanelKey, Panel], ours: Mapping[PanelKey, Pa
     return figure
 
 
-def _track_styles(case: str) -> tuple[list[str], list[str]]:
+def panel_title(key: PanelKey) -> str:
+    """Such as `Case 1, no prior`."""
+    case, trusted = key
+    return f"Case {case[-1]}, {'strong prior on agent 1' if trusted else 'no prior'}"
+
+
+def track_styles(case: str) -> tuple[list[str], list[str]]:
     """Names and colours of a case's tracks: reds for false positives."""
     tracked, used = objects(case), {"true": 0, "fp": 0}
     colours = []

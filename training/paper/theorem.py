@@ -32,7 +32,7 @@ class TheoremRow:
 
     order           whether the adversaries come "first" or "last" among the agents
     theorem         T_min of Theorem 1
-    bound           ⌈T_seq⌉, its exact form
+    bound           ⌈T_seq⌉ corrected for several adversaries
     recursion       of the score with the filter's own S, `score_optimal_frames`
     simulated       the optimal attack in the environment
     earliest_other  the earliest of other policies (earliest_policy) over all seeds

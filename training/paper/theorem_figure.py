@@ -20,7 +20,7 @@ _GREY = "#7c8695"
 
 
 def theorem_figure(rows: Sequence[TheoremRow]) -> Figure:
-    """Left as published, right our numbers: the theorem, its exact bound, and what the simulation needs."""
+    """Left as published, right our numbers: the theorem, its corrected bound, and what the simulation needs."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10.0, 4.4), layout="constrained")
@@ -76,7 +76,7 @@ def _draw_simulated_theorem(axis: Axes, rows: Sequence[TheoremRow]) -> None:
             )  # fmt: skip
     for sign, label in (
         ("-", r"Theorem 1, $T_{min}$"),
-        ("_", r"exact bound, $\lceil T_{seq} \rceil$"),
+        ("_", r"corrected bound, $\lceil T_{seq} \rceil$"),
         ("^", "simulated, adversaries first"),
         ("v", "simulated, adversaries last"),
     ):

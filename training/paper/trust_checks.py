@@ -1,4 +1,8 @@
-"""Checks of the paper's claims about trust, on the panels of a case: whether a claim holds, with numbers."""
+"""Checks of the paper's claims about trust, on the panels of a case: whether a claim holds, with numbers.
+
+One criterion for tracks and agents alike: trusted above 0.5 + DECIDED, distrusted below 0.5 - DECIDED, undecided
+between the two. The paper names no numbers, so all thresholds here are ours.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +13,9 @@ import numpy as np
 
 from trust_env.training.paper.published import TRUSTED, Panel, PanelKey, TrackedObject, objects
 
-DECIDED = 0.1  # a trust this far from 0.5 leans to one side
+DECIDED = 0.1  # a trust farther than this from 0.5 is decided: trusted above, distrusted below
 CLEAR = 0.02  # a smaller difference between two trusts is none
-SETTLED, SOON = 0.1, 10  # a trust within 0.1 of its end has converged; 10 frames are 1 s, half an episode
+SETTLED, SOON = 0.1, 10  # rapid: within 0.1 of its end after at most 10 frames, half an episode
 EARLY = 4  # index of the fifth frame
 
 
@@ -22,16 +26,31 @@ class Case:
     name: str
     panels: Mapping[PanelKey, Panel]
 
-    def curves(self, chosen: Callable[[TrackedObject], bool], trusted: bool) -> np.ndarray:
+    def curves(self, chosen: Callable[[TrackedObject], bool], prior: bool) -> np.ndarray:
         """Trust in the tracks of the chosen objects, [tracks, T]."""
         rows = [j for j, obj in enumerate(objects(self.name)) if chosen(obj)]
-        return self.panels[self.name, trusted].tracks[rows]
+        return self.panels[self.name, prior].tracks[rows]
 
-    def tracks(self, chosen: Callable[[TrackedObject], bool], trusted: bool, frame: int = -1) -> np.ndarray:
-        return self.curves(chosen, trusted)[:, frame]
+    def tracks(self, chosen: Callable[[TrackedObject], bool], prior: bool, frame: int = -1) -> np.ndarray:
+        return self.curves(chosen, prior)[:, frame]
 
-    def agents(self, trusted: bool) -> np.ndarray:
-        return self.panels[self.name, trusted].agents[:, -1]
+    def agents(self, prior: bool) -> np.ndarray:
+        return self.panels[self.name, prior].agents[:, -1]
+
+
+def trusted(trust: np.ndarray | float) -> bool:
+    """Whether all of these trusts are decided for the better."""
+    return bool(np.min(trust) > 0.5 + DECIDED)
+
+
+def distrusted(trust: np.ndarray | float) -> bool:
+    """Whether all of these trusts are decided for the worse."""
+    return bool(np.max(trust) < 0.5 - DECIDED)
+
+
+def undecided(trust: np.ndarray | float) -> bool:
+    """Whether none of these trusts is decided."""
+    return bool(np.max(np.abs(np.asarray(trust) - 0.5)) <= DECIDED)
 
 
 Finding = tuple[bool, str]  # whether a claim holds, and the numbers behind it
@@ -66,8 +85,15 @@ def _format_change(without: np.ndarray, given: np.ndarray) -> str:
     return "; ".join(f"{a:.2f} → {b:.2f}" for a, b in zip(without, given, strict=True))
 
 
+def _both(trust: Callable[[bool], np.ndarray]) -> tuple[np.ndarray, str]:
+    """Trusts without and then with the prior on agent 1, and the same as text."""
+    without, given = (trust(prior) for prior in (False, True))
+    numbers = f"{_format_trusts(without)}; with the prior {_format_trusts(given)}"
+    return np.concatenate([without, given]), numbers
+
+
 def converges(case: Case) -> Finding:
-    panels = [case.panels[case.name, trusted] for trusted in (False, True)]
+    panels = [case.panels[case.name, prior] for prior in (False, True)]
     tracks = max(_frames_to_settle(curve) for panel in panels for curve in panel.tracks)
     agents = max(_frames_to_settle(curve) for panel in panels for curve in panel.agents)
     return max(tracks, agents) <= SOON, f"slowest track {tracks} frames, slowest agent {agents}"
@@ -81,48 +107,70 @@ def _frames_to_settle(curve: np.ndarray) -> int:
 
 
 def targets_are_trusted(case: Case) -> Finding:
-    least = [case.tracks(_shared_target, trusted).min() for trusted in (False, True)]
-    return min(least) > 0.8, f"least {least[0]:.2f}; with the prior {least[1]:.2f}"
+    least = [case.tracks(_shared_target, prior).min() for prior in (False, True)]
+    return trusted(min(least)), f"least {least[0]:.2f}; with the prior {least[1]:.2f}"
 
 
 def outvoted_distrusted(case: Case) -> Finding:
-    trust = [case.tracks(_outvoted, trusted) for trusted in (False, True)]
-    numbers = f"{_format_trusts(trust[0])}; with the prior {_format_trusts(trust[1])}"
-    return bool(np.max(trust) < 0.5 - DECIDED), numbers
+    trust, numbers = _both(lambda prior: case.tracks(_outvoted, prior))
+    return distrusted(trust), numbers
+
+
+def false_positives_distrusted(case: Case) -> Finding:
+    trust, numbers = _both(lambda prior: case.tracks(_false, prior))
+    return distrusted(trust), numbers
 
 
 def keeps_prior(case: Case) -> Finding:
-    curves = [case.curves(_seen_by_one, trusted) for trusted in (False, True)]
+    curves = [case.curves(_seen_by_one, prior) for prior in (False, True)]
     away = max(float(np.nanmax(np.abs(curve - 0.5))) for curve in curves)
     return away < 1e-9, f"at most {away:.2g} from 0.5 in any frame"
 
 
 def split_stays_undecided(case: Case) -> Finding:
     trust = case.tracks(_split, False)
-    return bool((np.abs(trust - 0.5) < DECIDED).all()), _format_trusts(trust)
+    return undecided(trust), _format_trusts(trust)
 
 
 def prior_decides_split(case: Case) -> Finding:
-    without, given = (case.tracks(_split, trusted) for trusted in (False, True))
-    return bool((given < 0.5 - DECIDED).all()), _format_change(without, given)
+    without, given = (case.tracks(_split, prior) for prior in (False, True))
+    return distrusted(given), _format_change(without, given)
 
 
 def prior_accelerates(case: Case) -> Finding:
-    without, given = (case.tracks(_false, trusted, EARLY) for trusted in (False, True))
+    without, given = (case.tracks(_false, prior, EARLY) for prior in (False, True))
     return bool((given < without - CLEAR).all()), f"FPs after 5 frames: {_format_change(without, given)}"
 
 
 def falls_with_prior(agent: int) -> Check:
     def check(case: Case) -> Finding:
-        without, given = (case.agents(trusted)[[agent]] for trusted in (False, True))
+        without, given = (case.agents(prior)[[agent]] for prior in (False, True))
         return bool((given < without - CLEAR).all()), _format_change(without, given)
 
     return check
 
 
+def benign_rise_with_prior(case: Case) -> Finding:
+    without, given = (case.agents(prior)[:2] for prior in (False, True))
+    return bool((given > without + CLEAR).all()), f"agents 0, 1: {_format_change(without, given)}"
+
+
+def distrusted_with_prior(agent: int) -> Check:
+    def check(case: Case) -> Finding:
+        trust = float(case.agents(True)[agent])
+        return distrusted(trust), f"{trust:.2f}"
+
+    return check
+
+
 def trusted_agent_stays_so(case: Case) -> Finding:
-    trust = case.agents(True)[TRUSTED]
-    return bool(trust > 0.5 + DECIDED), f"{trust:.2f}"
+    trust = float(case.agents(True)[TRUSTED])
+    return trusted(trust), f"{trust:.2f}"
+
+
+def agents_0_and_1_undecided(case: Case) -> Finding:
+    trust = case.agents(False)[:2]
+    return undecided(trust), _format_trusts(trust)
 
 
 def agent_2_is_lowest(case: Case) -> Finding:
@@ -136,11 +184,18 @@ def agents_are_ordered(case: Case) -> Finding:
 
 
 def agent_2_distrusted(case: Case) -> Finding:
-    trust = [float(case.agents(trusted)[2]) for trusted in (False, True)]
-    return max(trust) < 0.5 - DECIDED, f"{trust[0]:.2f}; with the prior {trust[1]:.2f}"
+    trust, numbers = _both(lambda prior: case.agents(prior)[[2]])
+    return distrusted(trust), numbers
+
+
+def agent_2_is_easier(case: Case) -> Finding:
+    """Easier to determine than in case 1: trust in it is lower here, and decided."""
+    before = np.array([Case("case1", case.panels).agents(prior)[2] for prior in (False, True)])
+    here = np.array([case.agents(prior)[2] for prior in (False, True)])
+    numbers = f"case 1 → 2: {_format_change(before, here)} with the prior"
+    return bool((here < before - CLEAR).all()) and distrusted(here), numbers
 
 
 def benign_tend_to_trusted(case: Case) -> Finding:
-    trust = [case.agents(trusted)[:2] for trusted in (False, True)]
-    numbers = f"agents 0, 1: {_format_trusts(trust[0])}; with the prior {_format_trusts(trust[1])}"
-    return bool(np.min(trust) > 0.5), numbers
+    trust, numbers = _both(lambda prior: case.agents(prior)[:2])
+    return trusted(trust), f"agents 0, 1: {numbers}"

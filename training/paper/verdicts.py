@@ -5,16 +5,20 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
+OURS = "ours"  # in place of a section: what this project adds
+
 
 @dataclass(frozen=True)
 class Verdict:
     """Whether a claim holds for a source: "theory", "published" (the authors' numbers), an estimator of ours.
 
+    section: of the paper, or `OURS`; case: "case1", "case2", or "" for none.
     expected: whether it is known to hold; where it is known not to, `note` says why, and nothing is wrong
     with the reproduction.
     """
 
     section: str
+    case: str
     claim: str
     source: str
     holds: bool

@@ -22,19 +22,26 @@ from trust_env.compiled.kernels import compiling_entry
 from trust_env.compiled.key import key_of_code
 from trust_env.compiled.mode import CHECKED, INTERPRETED, OPTIONS, PLAIN, unknown_version
 
+FUNCTIONS: dict[int, Callable[..., Any]] = {}
+"""Without the compiler: functions by what stands for their address."""
+
 
 class Entry:
     """A function of whole numbers (addresses, counts) that calls kernels; compiled, or loaded, at its first call.
 
-    `ready`: whether that call has been. The interpreter's lock is released while it runs. slow: say on the
-    screen that it is being compiled, as that takes long.
+    `ready`: whether that call has been; `address`: where its code then lies, as long as it lives. The
+    interpreter's lock is released while it runs. slow: say on the screen that it is being compiled, as that
+    takes long.
     """
 
     def __init__(self, function: Callable[..., None], slow: bool = False):
         self._function, self._slow = function, slow
         self._types = (numba.int64,) * function.__code__.co_argcount
         self._call: Callable[..., Any] = function
-        self.ready = INTERPRETED
+        self.ready, self.address = INTERPRETED, 0
+        if INTERPRETED:
+            self.address = 1 + len(FUNCTIONS)
+            FUNCTIONS[self.address] = function
 
     def __call__(self, *args: int) -> None:
         if not self.ready:
@@ -49,7 +56,10 @@ class Entry:
     def _prepared(self) -> Callable[..., Any]:
         if CHECKED or PLAIN:  # an index out of range is raised by Numba's own wrapper
             with _announced(self._slow):
-                return numba.njit(self._types, **OPTIONS)(self._function)
+                dispatcher: Any = numba.njit(self._types, **OPTIONS)(self._function)
+            (result,) = dispatcher.overloads.values()
+            self.address = result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
+            return dispatcher
         name = f"{self._function.__module__}.{self._function.__name__.strip('_')}"
         key = key_of_code(self._function, *_target())
         kept = store.load(name, key)
@@ -85,14 +95,14 @@ class Entry:
         head, _, content = code.partition(b"\n")
         found = json.loads(head)
         self._engine = _engine(content, found["outer"])  # the code lives as long as it does
-        address = self._engine.get_function_address(found["symbol"])
-        if not address:
+        self.address = self._engine.get_function_address(found["symbol"])
+        if not self.address:
             raise LookupError(found["symbol"])
         numbers = [ctypes.c_int64] * len(self._types)
         kind = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *numbers)
         self._returned = (ctypes.c_int64 * 2)()
         result = ctypes.addressof(self._returned)
-        return functools.partial(kind(address), result, result + 8)
+        return functools.partial(kind(self.address), result, result + 8)
 
 
 def _engine(code: bytes, outer: list[str]) -> Any:

@@ -7,90 +7,17 @@ has two methods, `reset(shape, worlds)` and `update(evidence) -> Verdict`, and w
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
 from trust_env.compiled.kernels import kernel
+from trust_env.defenses.evidence import Evidence, Shape
 from trust_env.world.tracking.score import CONFIRMED
 
 ACCEPT = 0.5  # a track is shown while its trust is at least this, or nobody has an opinion
-
-
-class Shape(NamedTuple):
-    """Sizes of the arrays a defense works on: worlds W, agents K, central track columns J, detections of an
-    agent D.
-    """
-
-    W: int
-    K: int
-    J: int
-    D: int
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """One frame's evidence, as arrays with leading axis W (worlds). Columns with `status` 0 are empty; their
-    entries mean nothing.
-
-    track_id, status (0 empty, 1 tentative, 2 confirmed), age (frames): int[W, J]; score (nats): float[W, J];
-    to_delete: bool[W, J], the tracker is about to delete the track; track_mean[W, J, 4], track_cov[W, J, 4, 4]
-    (m, m/s); expected, detected, held: bool[W, K, J]; detections[W, K, D, 2] (m) with detection_count int[W,
-    K]; assignment int[W, K, D] (track column, -1 none); innovation[W, K, J, 2], innovation_cov[W, K, J, 2,
-    2], distance2[W, K, J] of the hits (NaN: no hit); agent_score[W, K, J], what each agent has contributed to
-    a score; pose[W, K, 3]; frame int[W]; dt[W] (s).
-    """
-
-    track_id: np.ndarray
-    status: np.ndarray
-    age: np.ndarray
-    score: np.ndarray
-    to_delete: np.ndarray
-    track_mean: np.ndarray
-    track_cov: np.ndarray
-    expected: np.ndarray
-    detected: np.ndarray
-    held: np.ndarray
-    detections: np.ndarray
-    detection_count: np.ndarray
-    assignment: np.ndarray
-    innovation: np.ndarray
-    innovation_cov: np.ndarray
-    distance2: np.ndarray
-    agent_score: np.ndarray
-    pose: np.ndarray
-    frame: np.ndarray
-    dt: np.ndarray
-
-    @classmethod
-    def of(cls, arrays: Mapping[str, np.ndarray]) -> Evidence:
-        """Live views of the worlds' arrays; numbers of a world are [W]."""
-        found = {field.name: arrays[_ARRAYS.get(field.name, field.name)] for field in fields(cls)}
-        return cls(**found)
-
-    @property
-    def existence_probability(self) -> np.ndarray:
-        """1 / (1 + e^-L) `[W, J]` (Hallyburton & Pajic 2024, Eq. 3b)."""
-        from scipy.special import expit  # takes a tenth of a second to import
-
-        return expit(self.score)
-
-    @property
-    def confirmed(self) -> np.ndarray:
-        """bool[W, J]: confirmed tracks that are not about to be deleted."""
-        return (self.status == CONFIRMED) & ~self.to_delete
-
-
-# What evidence calls by other names than the worlds' arrays.
-_ARRAYS = {
-    "status": "track_status",
-    "age": "track_age",
-    "score": "track_score",
-    "to_delete": "track_to_delete",
-    "detections": "report_detections",
-    "detection_count": "report_count",
-}
+OPTIONAL = ("innovations", "predictions", "inside", "coverage")  # evidence gathered only for who asks for it
 
 
 @dataclass(frozen=True)
@@ -129,12 +56,16 @@ class BuiltIn:
 
     parameters, memory: fields by name, as in `trust_env.world.fields` ("f8 K 2 | meaning"), which the kernels
     read as `world.NAME.field`, NAME being the defense's in the registry; an axis may be a letter of `lengths`.
-    needs_innovations: whether `evidence.innovation`, `innovation_cov` and `distance2` are kept.
+    needs: of `OPTIONAL`, what its kernels read of `world.evidence`: innovations (innovation, innovation_cov,
+    distance2), predictions (predicted_mean, predicted_cov), inside, coverage (covered, cell_area).
+    reference: whether it is for evaluation only, as something to compare with: it knows what no defense can know,
+    or decides nothing.
     """
 
     parameters: ClassVar[Mapping[str, str]] = {}
     memory: ClassVar[Mapping[str, str]] = {}
-    needs_innovations: ClassVar[bool] = False
+    needs: ClassVar[tuple[str, ...]] = ()
+    reference: ClassVar[bool] = False
 
     @staticmethod
     @kernel

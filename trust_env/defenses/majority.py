@@ -8,6 +8,7 @@ import numpy as np
 
 from trust_env.compiled.kernels import kernel
 from trust_env.defenses.base import BuiltIn
+from trust_env.defenses.checks import number, whole
 from trust_env.world.tracking.track_store import list_confirmed
 
 
@@ -29,12 +30,8 @@ class Majority(BuiltIn):
     }
 
     def __init__(self, window: int = 10, q: float = 0.5):
-        if not isinstance(window, int) or not 1 <= window <= 1000:
-            expected = "a whole number of frames from 1 to 1000"
-            raise ValueError(f"majority: window must be {expected}, not {window!r}")
-        if not isinstance(q, (int, float)) or not 0.0 <= q < 1.0:
-            raise ValueError(f"majority: q must be a share of the votes in [0, 1), not {q!r}")
-        self.window, self.q = window, float(q)
+        self.window = whole("majority", "window", window, 1, 1000)
+        self.q = number("majority", "q", q, 0.0, 1.0, "[)")
 
     def params(self) -> dict[str, Any]:
         return {"window": self.window, "q": self.q}

@@ -12,13 +12,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from trust_env.compiled.kernels import inlined, kernel
+from trust_env.compiled.kernels import kernel
 from trust_env.defenses.base import ACCEPT, BuiltIn
+from trust_env.defenses.beta_belief import beta_of, mean_of, update_belief, variance_of
 from trust_env.defenses.trust_switches import (
     ALL_PSMS,
     ALL_TRACKS,
     BY_VARIANCE,
     DECAY,
+    DEFAULT_PRESET,
     NUMBERS,
     PRESETS,
     RETURN,
@@ -43,24 +45,29 @@ class Trust(BuiltIn):
     authors' later library); every switch of `trust_env.defenses.trust_switches` can be set alone. Priors are
     (mean φ, precision λ): α = λφ, β = λ(1 - φ).
 
-    agent_prior, track_prior: priors of all agents and of all tracks; agent_priors: {agent index: (φ, λ)};
-    trusted, distrusted: agent indices that get the preset's strong prior, mean 0.8 or 0.2. Raises ValueError
-    for an unknown switch or value, or a prior outside its range.
+    agent_prior, track_prior: priors of all agents and of all tracks; agent_priors: {agent index: (φ, λ)},
+    track_priors: {track id: (φ, λ)}, of single ones; trusted, distrusted: agent indices that get the preset's
+    strong prior, mean 0.8 or 0.2. false_positive_odds: how many times likelier, a priori, a false positive of
+    who reports a track is than a false negative of who does not; it weighs misses against hits. Raises
+    ValueError for an unknown switch or value, or a prior outside its range.
     """
 
     parameters: ClassVar = {
         **dict.fromkeys(NUMBERS, "f8 | a switch, as `as_number` gives it"),
         "track_prior": "f8 2 | α, β",
         "agent_prior": "f8 K 2 | α, β",
+        "listed_id": "i8 V | tracks with a prior of their own",
+        "listed_prior": "f8 V 2 | α, β",
     }
     memory: ClassVar = {
         "track_id": "i8 J | whose belief it is; -2 - id until that track has been judged; -1: nobody's",
         "track_belief": "f8 J 2 | α, β",
+        "prior_belief": "f8 J 2 | α, β, what a track's belief began with",
         "agent_belief": "f8 K 2 | α, β",
         "frames_in_fov": "i8 K J | in a row",
     }
 
-    def __init__(self, preset: str = "paper", **switches: Any):
+    def __init__(self, preset: str = DEFAULT_PRESET, **switches: Any):
         self._given = {"preset": preset, **switches}
         self.switches = check_switches(preset, switches)
 
@@ -77,8 +84,13 @@ class Trust(BuiltIn):
 
     def values(self, n_agents: int) -> dict[str, Any]:
         numbers = {name: as_number(name, self.switches[name]) for name in NUMBERS}
-        priors = {"track_prior": _beta(self.switches["track_prior"]), "agent_prior": self._priors(n_agents)}
-        return numbers | priors
+        priors = {"track_prior": beta_of(self.switches["track_prior"]), "agent_prior": self._priors(n_agents)}
+        own = self.switches["track_priors"]
+        listed = np.array([beta_of(prior) for prior in own.values()]).reshape(-1, 2)
+        return numbers | priors | {"listed_id": np.array(list(own), dtype=np.int64), "listed_prior": listed}
+
+    def lengths(self) -> dict[str, int]:
+        return {"V": len(self.switches["track_priors"])}
 
     def _priors(self, n_agents: int) -> np.ndarray:
         """(α, β) of every agent, [K, 2]."""
@@ -91,7 +103,7 @@ class Trust(BuiltIn):
                 agents = f"the agents are 0 to {n_agents - 1}"
                 raise ValueError(f"trust: a prior is given for agent {k}, but {agents}")
             priors[k] = tuple(prior)
-        return np.array([_beta(prior) for prior in priors.values()])
+        return np.array([beta_of(prior) for prior in priors.values()])
 
     @staticmethod
     @kernel
@@ -121,38 +133,6 @@ class Trust(BuiltIn):
         _conclude(world, listed)
 
 
-def _beta(prior: tuple[float, float]) -> tuple[float, float]:
-    """(α, β) of a prior (mean, precision)."""
-    mean, precision = prior
-    return mean * precision, (1 - mean) * precision
-
-
-@inlined
-def _mean(belief):
-    """E[τ] = α / (α + β)."""
-    return belief[0] / (belief[0] + belief[1])
-
-
-@inlined
-def _variance(belief):
-    """Var[τ] = αβ / ((α + β)² (α + β + 1))."""
-    total = belief[0] + belief[1]
-    return belief[0] * belief[1] / (total * total * (total + 1.0))
-
-
-@inlined
-def _update(belief, value, confidence, bias, threshold):
-    """α += c v, β += c (1 - v); with a negativity bias, α += n/(n+1) c v and β += n²/(n+1) c (1 - v), n =
-    bias below the threshold, else 1.
-    """
-    up, down = 1.0, 1.0
-    if bias > 0.0:
-        n = bias if value < threshold else 1.0
-        up, down = n / (n + 1.0), n * n / (n + 1.0)
-    belief[0] += up * confidence * value
-    belief[1] += down * confidence * (1.0 - value)
-
-
 @kernel
 def _forget(world, belief, alpha, beta, rule):
     """Process noise on one belief whose prior is (alpha, beta)."""
@@ -173,16 +153,28 @@ def _forget(world, belief, alpha, beta, rule):
 @kernel
 def _forget_tracks(world, listed):
     """Known tracks forget; new ones start at the prior, marked until they have been judged."""
-    trust, prior = world.trust, world.trust.track_prior
+    trust = world.trust
     for c in range(listed):
         j = world.scratch.listing[c]
+        prior = trust.prior_belief[j]
         if trust.track_id[j] == world.tracks.id[j]:
             _forget(world, trust.track_belief[j], prior[0], prior[1], trust.track_forgetting)
         else:
+            _set_prior(world, j)
             trust.track_belief[j, 0], trust.track_belief[j, 1] = prior[0], prior[1]
             trust.track_id[j] = -2 - world.tracks.id[j]
             for k in range(trust.frames_in_fov.shape[0]):
                 trust.frames_in_fov[k, j] = 0
+
+
+@kernel
+def _set_prior(world, j):
+    """The prior of a new track: its own, else that of all tracks."""
+    trust = world.trust
+    trust.prior_belief[j, 0], trust.prior_belief[j, 1] = trust.track_prior[0], trust.track_prior[1]
+    for v in range(trust.listed_id.shape[0]):
+        if trust.listed_id[v] == world.tracks.id[j]:
+            trust.prior_belief[j, 0], trust.prior_belief[j, 1] = trust.listed_prior[v, 0], trust.listed_prior[v, 1]
 
 
 @kernel
@@ -221,9 +213,11 @@ def _miss_weight(world, k, j):
 @kernel
 def _judge_tracks(world, listed):
     """Alg. 1: every agent that is expected to see a track says whether it does; used when at least two are
-    expected.
+    expected. A hit weighs 1 and a miss `false_positive_odds`, scaled so that neither weighs more than 1.
     """
     trust, evidence = world.trust, world.evidence
+    odds = trust.false_positive_odds
+    hit_weight, miss_weight = min(1.0, 1.0 / odds), min(1.0, odds)
     bias, threshold = trust.track_negativity_bias, trust.negativity_threshold
     for c in range(listed):
         j, observers = world.scratch.listing[c], 0
@@ -233,8 +227,9 @@ def _judge_tracks(world, listed):
             for k in range(trust.agent_belief.shape[0]):
                 if evidence.expected[k, j]:
                     seen = evidence.detected[k, j]
-                    confidence = _mean(trust.agent_belief[k]) * (1.0 if seen else _miss_weight(world, k, j))
-                    _update(trust.track_belief[j], 1.0 if seen else 0.0, confidence, bias, threshold)
+                    weight = hit_weight if seen else miss_weight * _miss_weight(world, k, j)
+                    confidence = mean_of(trust.agent_belief[k]) * weight
+                    update_belief(trust.track_belief[j], 1.0 if seen else 0.0, confidence, bias, threshold)
 
 
 @kernel
@@ -253,11 +248,11 @@ def _judge_agents(world, listed):
                 continue
             value, confidence = _agent_psm(world, k, j)
             if trust.agent_psms == ALL_PSMS:
-                _update(belief, value, confidence, bias, threshold)
+                update_belief(belief, value, confidence, bias, threshold)
             elif value < least_value or (value == least_value and _comes_first(world, k, j, least)):
                 least, least_value, least_confidence = j, value, confidence
         if least >= 0:
-            _update(belief, least_value, least_confidence, bias, threshold)
+            update_belief(belief, least_value, least_confidence, bias, threshold)
 
 
 @kernel
@@ -273,7 +268,7 @@ def _is_judged_on(world, k, j):
 def _agent_psm(world, k, j):
     """Value and confidence of what track j says about agent k."""
     belief, held = world.trust.track_belief[j], world.evidence.held[k, j]
-    mean, variance = _mean(belief), _variance(belief)
+    mean, variance = mean_of(belief), variance_of(belief)
     value, weight = mean if held else 1.0 - mean, 1.0 if held else _miss_weight(world, k, j)
     if world.trust.agent_confidence == BY_VARIANCE:
         return value, (1.0 - variance) * weight
@@ -296,9 +291,9 @@ def _conclude(world, listed):
     for c in range(listed):
         j = world.scratch.listing[c]
         belief = trust.track_belief[j]
-        verdict.track_trust[j], verdict.track_trust_var[j] = _mean(belief), _variance(belief)
+        verdict.track_trust[j], verdict.track_trust_var[j] = mean_of(belief), variance_of(belief)
         verdict.publish[j] = verdict.track_trust[j] >= ACCEPT
         trust.track_id[j] = world.tracks.id[j]  # known from now on
     for k in range(trust.agent_belief.shape[0]):
         belief = trust.agent_belief[k]
-        verdict.agent_trust[k], verdict.agent_trust_var[k] = _mean(belief), _variance(belief)
+        verdict.agent_trust[k], verdict.agent_trust_var[k] = mean_of(belief), variance_of(belief)

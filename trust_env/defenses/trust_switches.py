@@ -56,11 +56,18 @@ def _check_prior(name: str, prior: Any) -> None:
         raise ValueError(f"trust: {name} must be {expected}, not {prior!r}")
 
 
-def _check_priors(name: str, priors: Any) -> None:
+def _check_priors(name: str, priors: Any, keys: str = "agent indices") -> None:
     if not isinstance(priors, Mapping):
-        raise ValueError(f"trust: {name} must map agent indices to (mean, precision), not {priors!r}")
+        raise ValueError(f"trust: {name} must map {keys} to (mean, precision), not {priors!r}")
     for k, prior in priors.items():
         _check_prior(f"{name}[{k}]", prior)
+
+
+def _check_track_priors(name: str, priors: Any) -> None:
+    _check_priors(name, priors, "track ids")
+    for i in priors:
+        if isinstance(i, bool) or not isinstance(i, int) or i < 0:
+            raise ValueError(f"trust: {name} must map track ids, whole numbers from 0, to priors, not {i!r}")
 
 
 def _check_indices(name: str, indices: Any) -> None:
@@ -96,6 +103,9 @@ SWITCHES = {
     "track_prior": Switch((0.5, 1.0), (0.5, 1.0), (0.5, 1.0), check=_check_prior),
     "strong_precision": Switch(10.0, 100.0, 10.0, check=_number(0.0, above=True, optional=True)),
     "agent_priors": Switch({}, {}, {}, check=_check_priors),
+    "track_priors": Switch({}, {}, {}, check=_check_track_priors),
+    # how many times likelier a false positive is, a priori, than a false negative, where agents contradict one another
+    "false_positive_odds": Switch(1.0, 1.0, 1.0, check=_number(0.0, above=True)),
     "trusted": Switch((), (), (), check=_check_indices),
     "distrusted": Switch((), (), (), check=_check_indices),
 }
@@ -106,6 +116,7 @@ PRESETS: dict[str, dict[str, Any]] = {
     preset: {name: getattr(switch, preset) for name, switch in SWITCHES.items()}
     for preset in ("paper", "cdc2024", "mate")
 }
+DEFAULT_PRESET = next(iter(PRESETS))
 
 
 def check_switches(preset: str, given: Mapping[str, Any]) -> dict[str, Any]:

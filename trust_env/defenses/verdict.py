@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from trust_env.defenses.base import Evidence, Verdict, fits_publication
+from trust_env.defenses.base import Verdict, fits_publication
+from trust_env.defenses.evidence import Evidence
 from trust_env.user_code import source_of
 from trust_env.world.tracking.score import CONFIRMED
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from trust_env.defenses import name_of
 from trust_env.world.fields import FRAME_METRICS
 from trust_env.world.origin import FIRST_INJECTION
 from trust_env.world.tracking.score import CONFIRMED
@@ -93,7 +94,7 @@ def read_scene(worlds: Batch) -> Scene:
     agents = _read_agents(worlds)
     return Scene(
         scenario=scenario.name,
-        defense=type(worlds.defense).__name__.lower(),
+        defense=name_of(worlds.defense),
         frame=frame,
         horizon=worlds.horizon,
         dt=scenario.dt,

@@ -95,6 +95,7 @@ class Belief(Part):
     p_detect: OpenProbability
     beta_fp: Density  # false positives per m^2
     beta_nt: BirthDensity  # new targets per m^2
+    compromised: OpenProbability | None  # prior probability that the agent is; None: left to the defense
 
 
 class Budget(Part):
@@ -120,6 +121,7 @@ class BeliefDifference(Part):
     p_detect: OpenProbability | None = None
     beta_fp: Density | None = None
     beta_nt: BirthDensity | None = None
+    compromised: OpenProbability | None = None
 
 
 class BudgetDifference(Part):

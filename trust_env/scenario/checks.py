@@ -44,8 +44,8 @@ def _difference_problems(
 
 def problems_between_fields(scenario: ScenarioFields) -> list[Problem]:
     """Problems of fields that contradict one another, where `agent_problems` found none."""
-    checks = (_area, _recording, _detections, _clutter, _false_positive_density, _injections, memory_problems)
-    return [problem for check in checks for problem in check(scenario)]
+    checks = (_area, _recording, _detections, _clutter, _false_positive_density, _injections, _suppressions)
+    return [problem for check in (*checks, memory_problems) for problem in check(scenario)]
 
 
 def _area(scenario: ScenarioFields) -> list[Problem]:
@@ -124,16 +124,39 @@ def _roster(scenario: ScenarioFields) -> tuple[Location, ...]:
     return tuple(("agents", k, name) for k in range(len(scenario.agents)) for name in ("role", "budget"))
 
 
+def _count(scenario: ScenarioFields) -> tuple[Location, ...]:
+    """The fields that say how many agents there are: those of the team, or how long the list is."""
+    return _TEAM if scenario.agents is None else (("agents", "count"),)
+
+
 def _injections(scenario: ScenarioFields) -> list[Problem]:
+    agents = [injection.agent for injection in scenario.injections]
+    return _listed_agents(scenario, "injections", agents, ("injection",))
+
+
+def _suppressions(scenario: ScenarioFields) -> list[Problem]:
+    problems = _listed_agents(scenario, "suppressions", [s.agent for s in scenario.suppressions], ("suppression",))
+    positions = len(scenario.targets.positions or ())
+    text = f"expected the index of one of targets.positions, 0 to {positions - 1}"
+    if not positions:
+        text = "expected targets.positions, which this is the index in"
+    for i, suppression in enumerate(scenario.suppressions):
+        if suppression.target >= positions:
+            at, judged_by = ("suppressions", i, "target"), (("targets", "positions"),)
+            problems.append(Problem(at, suppression.target, text, judged_by))
+    return problems
+
+
+def _listed_agents(scenario: ScenarioFields, kind: str, agents: list[int], rules: Location) -> list[Problem]:
+    """Problems of the agents that the scenario's own injections or suppressions name: `kind` is which."""
     problems: list[Problem] = []
     given, roster = Counter[int](), _roster(scenario)
-    for i, injection in enumerate(scenario.injections):
-        k = injection.agent
+    for i, k in enumerate(agents):
         given[k] += 1
         if k >= scenario.n_agents:
             text = f"expected the index of an agent, 0 to {scenario.n_agents - 1}"
-            problems.append(Problem(("injections", i, "agent"), k, text, roster))
-        elif given[k] > (budget := scenario.budget_of(scenario.entries[k]).injections):
-            text = f"expected at most {budget} injections of {scenario.agent_names[k]}, its budget per frame"
-            problems.append(Problem(("injections", i, "agent"), k, text, (*roster, ("injection",))))
+            problems.append(Problem((kind, i, "agent"), k, text, _count(scenario)))
+        elif given[k] > (budget := getattr(scenario.budget_of(scenario.entries[k]), kind)):
+            text = f"expected at most {budget} {kind} of {scenario.agent_names[k]}, its budget per frame"
+            problems.append(Problem((kind, i, "agent"), k, text, (*roster, rules)))
     return problems

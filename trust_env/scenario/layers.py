@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import functools
+import types
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from trust_env.files import expanded
 from trust_env.scenario.errors import Location, Origin, Origins
 
 
@@ -64,29 +66,39 @@ def value_at(fields: Any, location: Location) -> Any:
     return fields
 
 
-def with_defaults(fields: Mapping[Any, Any], at: Iterable[Location], defaults: Mapping[Any, Any]) -> dict[str, Any]:
-    """The fields, those at some locations as the defaults have them; what these do not have is left out."""
+def with_defaults(
+    fields: Mapping[Any, Any],
+    at: Iterable[Location],
+    defaults: Mapping[Any, Any],
+    entry_defaults: Mapping[Any, Mapping[str, Any]] = types.MappingProxyType({}),
+) -> dict[str, Any]:
+    """The fields, those at some locations as the defaults have them; what these do not have is left out.
+
+    entry_defaults: of the entries of lists, by the name of the list.
+    """
     changed = dict(fields)
     for name in dict.fromkeys(location[0] for location in at if location):
         deeper = [location[1:] for location in at if location and location[0] == name]
         inner: Any = changed.pop(name, None)
         default: Any = defaults.get(name)
         if isinstance(inner, list) and () not in deeper:
-            changed[name] = _with_entries(inner, deeper)
+            changed[name] = _with_entries(inner, deeper, entry_defaults.get(name, {}))
+        elif isinstance(inner, Mapping) and () not in deeper:
+            changed[name] = with_defaults(inner, deeper, default if isinstance(default, Mapping) else {})
         elif name in defaults:
-            if isinstance(inner, Mapping) and isinstance(default, Mapping) and () not in deeper:
-                default = with_defaults(inner, deeper, default)
             changed[name] = default
     return changed
 
 
-def _with_entries(entries: list[Any], at: Iterable[Location]) -> list[Any]:
-    """The mappings of a list without the fields at some locations: they have defaults of their own, or none."""
+def _with_entries(entries: list[Any], at: Iterable[Location], default: Mapping[str, Any]) -> list[Any]:
+    """The entries of a list, their fields at some locations as the default entry has them."""
     changed = list(entries)
-    for i in {location[0] for location in at}:
-        if isinstance(i, int) and i < len(entries) and isinstance(entries[i], Mapping):
-            below = [location[1:] for location in at if location[0] == i]
-            changed[i] = with_defaults(entries[i], below, {})
+    for i in {location[0] for location in at if isinstance(location[0], int) and location[0] < len(entries)}:
+        below = [location[1:] for location in at if location[0] == i]
+        if () in below and default:
+            changed[i] = dict(default)
+        elif isinstance(entries[i], Mapping):
+            changed[i] = with_defaults(entries[i], below, default)
     return changed
 
 
@@ -120,7 +132,7 @@ def absolute_data(fields: dict[str, Any], folder: Path) -> dict[str, Any]:
     if not isinstance(data, str):
         return fields
     try:
-        path = str((folder / Path(data).expanduser()).resolve())
+        path = str((folder / expanded(data)).resolve())
     except (OSError, RuntimeError, ValueError):
         return fields  # no path: whoever opens it says so
     return {**fields, "targets": {**fields["targets"], "data": path}}

@@ -51,14 +51,16 @@ def _read(source: Source, overrides: Mapping[str, Any]) -> Layer:
 
 def _and_all_others(layer: Layer, problems: list[Problem]) -> list[Problem]:
     """The problems, and those that show once all fields concerned have their defaults, and do not concern these."""
-    found, replaced, known = list(problems), list[Location](), -1
+    found, replaced, known, base = list(problems), list[Location](), -1, _read("base", {}).fields
     while known < len(replaced):
         known = len(replaced)
-        for problem in problems:  # what is still wrong without the field at fault is replaced as a whole
-            at = problem.location[:1] if problem.location in replaced else problem.location
+        for problem in problems:
+            at = problem.location
+            while at in replaced and len(at) > 1:  # wrong without it, too: what holds it is replaced
+                at = at[:-1]
             replaced += [field for field in (at, *problem.judged_by) if field not in replaced]
         try:
-            Scenario.model_validate(with_defaults(layer.fields, replaced, _read("base", {}).fields))
+            Scenario.model_validate(with_defaults(layer.fields, replaced, base, {"agents": {"role": "benign"}}))
             break
         except ValidationError as error:
             problems = problems_of(error, Scenario)

@@ -19,12 +19,13 @@ _DETECTIONS, _TRACKS, _LOCAL_TRACKS, _TARGETS = (
 def bytes_by_field(scenario: ScenarioFields) -> dict[Location, float]:
     """About how many bytes of a world, and of what a frame is computed on, each field answers for."""
     k, n, d = scenario.n_agents, scenario.targets.slots, scenario.sensor.max_detections
+    kept = 1.0 + 0.4 * scenario.retro_window * (scenario.actuation == "retro")  # lists of detections, of 60 bytes each
     j, local = scenario.tracker.max_tracks, scenario.tracker.max_local_tracks
     shared = 1 + k * (scenario.coordination == "shared")
     observed = {_DETECTIONS: 6 * d * shared, _TRACKS: j * _OBSERVED_PER_TRACK[scenario.knowledge]}
     return {
-        _DETECTIONS: k * (60 * d + 4 * observed[_DETECTIONS]) + 16 * d * max(j, n, local),
-        _TRACKS: j * (350 + 90 * k + 16 * n) + 4 * k * observed[_TRACKS],
+        _DETECTIONS: k * (1600 + 60 * d * kept + 4 * observed[_DETECTIONS]) + 16 * d * max(j, n, local),
+        _TRACKS: j * (350 + 140 * k + 16 * n) + 4 * k * observed[_TRACKS],
         _LOCAL_TRACKS: local * (240 * k + 16 * j),
         _TARGETS: 70.0 * n,
     }

@@ -9,6 +9,7 @@ from pydantic import model_validator
 from trust_env.scenario.errors import Problem
 from trust_env.scenario.types import (
     MAX_AGENTS,
+    MAX_ITEMS,
     BirthDensity,
     Count,
     Density,
@@ -55,6 +56,13 @@ class CaseInjection(Part):
     position: Point  # m
 
 
+class CaseSuppression(Part):
+    """A false negative that belongs to the scenario: the agent that keeps silent, and about which target."""
+
+    agent: Annotated[Whole, Within(0, MAX_AGENTS - 1)]
+    target: Annotated[Whole, Within(0, MAX_ITEMS - 1)]  # its place in `targets.positions`
+
+
 class Targets(Part):
     """Simulated targets, targets with fixed starts, or recorded ones."""
 
@@ -91,6 +99,8 @@ class Tracker(Part):
     process_noise: ProcessNoise  # m^2/s^3
     initial_velocity_variance: Variance  # (m/s)^2
     gate: OpenProbability
+    fusion: Literal["sequential", "trimmed_mean", "residual_clique", "secure_estimate"]
+    fusion_tolerance: Annotated[Whole, Within(0, MAX_AGENTS)]  # l, wrong hits of a track
     alpha: OpenProbability
     beta: OpenProbability
     confirmation: Literal["score", "m_of_n", "score_or_hits"]
@@ -139,3 +149,4 @@ class Metrics(Part):
     cutoff: Length  # m, c of GOSPA and OSPA
     order: Order  # p
     accuse_below: Probability
+    accuse_frames: Frames

@@ -10,6 +10,7 @@ from trust_env.scenario.agents import Agent, AgentEntry, Belief, Budget, Role, S
 from trust_env.scenario.fov import Fov
 from trust_env.scenario.parts import (
     CaseInjection,
+    CaseSuppression,
     EvidenceRules,
     InjectionRules,
     Metrics,
@@ -20,7 +21,7 @@ from trust_env.scenario.parts import (
 )
 from trust_env.scenario.recording import Recording, cached_recording
 from trust_env.scenario.traffic import traffic_centres
-from trust_env.scenario.types import MAX_AGENTS, MAX_ITEMS, Area, Duration, Frames, Part, Point
+from trust_env.scenario.types import MAX_AGENTS, MAX_ITEMS, Area, Duration, Frames, Part, Point, Whole, Within
 
 
 class ScenarioFields(Part):
@@ -32,7 +33,8 @@ class ScenarioFields(Part):
     horizon: Frames  # frames
     knowledge: Literal["own", "poses", "picture", "white_box"]
     coordination: Literal["none", "shared"]
-    actuation: Literal["monitor", "filter", "remove", "weight"]
+    actuation: Literal["monitor", "filter", "remove", "weight", "retro"]
+    retro_window: Annotated[Whole, Within(1, 1000)]  # frames
     area: Area  # m
     agents: Annotated[tuple[AgentEntry, ...], Field(max_length=MAX_AGENTS)] | None
     team: Team
@@ -41,6 +43,7 @@ class ScenarioFields(Part):
     injection: InjectionRules
     suppression: SuppressionRules
     injections: Annotated[tuple[CaseInjection, ...], Field(max_length=MAX_ITEMS)]
+    suppressions: Annotated[tuple[CaseSuppression, ...], Field(max_length=MAX_ITEMS)]
     targets: Targets
     tracker: Tracker
     evidence: EvidenceRules
@@ -92,7 +95,8 @@ class ScenarioFields(Part):
         believed = _apply_difference(self.tracker, entry.belief)
         beta_fp = believed["beta_fp"] or self.sensor_of(entry).clutter_density
         beta_nt = believed["beta_nt"] or 1e-3 * beta_fp
-        return Belief(p_detect=believed["p_detect"], beta_fp=beta_fp, beta_nt=beta_nt)
+        compromised = None if entry.belief is None else entry.belief.compromised
+        return Belief(p_detect=believed["p_detect"], beta_fp=beta_fp, beta_nt=beta_nt, compromised=compromised)
 
     def budget_of(self, entry: AgentEntry) -> Budget:
         """The agent's own budget, else that of its role, within the slots there are."""

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from trust_env.errors import unknown_name
+from trust_env.files import expanded
 from trust_env.scenario.errors import Location, Origins, Problem, ScenarioError
 from trust_env.scenario.layers import Layer, absolute_data, locations, to_builtin
 from trust_env.scenario.overrides import override_layer
@@ -80,7 +81,7 @@ def _packaged(name: str) -> tuple[dict[str, Any], dict[Location, int]]:
 def _read_file(name: str, folder: Path, chain: tuple[str, ...]) -> list[Layer]:
     """The layers of a file; `chain` are the files that led here, each as the base of the one before."""
     try:
-        path = (folder / Path(name).expanduser()).resolve()
+        path = (folder / expanded(name)).resolve()
     except (OSError, RuntimeError, ValueError) as fault:
         raise ScenarioError([f"{name!r}: {fault}; expected the path of a YAML file"]) from None
     if len(chain) == _MAX_FILES:

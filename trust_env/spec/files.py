@@ -11,11 +11,12 @@ from types import ModuleType
 from typing import Any
 
 from trust_env.errors import unknown_name
+from trust_env.files import expanded
 
 
 def load_from_file(file: str, name: str) -> Any:
     """The object `name` of a Python file, which runs once for as long as it does not change."""
-    path = Path(file).expanduser().resolve()
+    path = expanded(file).resolve()
     if not path.is_file():
         raise ValueError(f"{file}:{name}: there is no file {path}")
     module = _module(path, path.stat().st_mtime_ns)

@@ -1,4 +1,4 @@
-"""In how many frames a false positive can be confirmed at the earliest: Theorem 1 and its sequential form."""
+"""In how many frames a false positive can be confirmed at the earliest: Theorem 1, and its corrected bound."""
 
 from __future__ import annotations
 

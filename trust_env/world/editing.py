@@ -15,11 +15,20 @@ def edit_reports(world):
     """Reports of all agents: honest detections that are not suppressed, in list order, then injections by
     slot.
     """
-    reports = world.reports
+    reports, overflow, agents = world.reports, world.overflow, world.agents
     for k in range(reports.count.shape[0]):
-        injections = _count_injections(world, k)
+        injections, without_room = _count_injections(world, k), overflow.detections
         kept = _keep_honest(world, k, reports.detections.shape[1] - injections)
+        suppressed = world.raw.count[k] - kept - (overflow.detections - without_room)
+        if agents.first_edit[k] == 0 and injections + suppressed > 0:
+            agents.first_edit[k] = world.clock.frame + 1
         reports.count[k] = _inject(world, k, kept, injections)
+
+
+@inlined
+def is_adversary(world, k):
+    """Whether agent k counts as an adversary: its role, from its first edit on."""
+    return world.agents.role[k] > 0 and world.agents.first_edit[k] > 0
 
 
 @kernel

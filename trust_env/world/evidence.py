@@ -1,4 +1,5 @@
-"""What a frame tells about tracks and agents: who was expected to see a track, who detected it, who holds it.
+"""What a frame tells about tracks and agents: who was expected to see a track, who detected it, who hit it, who
+holds it.
 
 Judged against each track's mean and covariance after all updates of the frame.
 """
@@ -8,8 +9,9 @@ from __future__ import annotations
 import math
 
 from trust_env.compiled.kernels import kernel
+from trust_env.world.coverage import cover
 from trust_env.world.fields import tracks_of
-from trust_env.world.fov import contains
+from trust_env.world.fov import contains, probability_inside
 from trust_env.world.tracking.association import NONE, max_cardinality_assignment
 from trust_env.world.tracking.kalman import innovation_cov
 from trust_env.world.tracking.score import CONFIRMED
@@ -18,22 +20,27 @@ from trust_env.world.tracking.track_store import EMPTY, list_confirmed
 
 @kernel
 def gather_evidence(world):
-    """Fill `expected`, `detected` and `held` `[K, J]`."""
+    """Fill `expected`, `detected`, `hit` and `held` `[K, J]`, and what the defense asked for."""
     tracks, evidence, listed = world.tracks, world.evidence, list_confirmed(world)
     for k in range(evidence.expected.shape[0]):
         for j in range(evidence.expected.shape[1]):
             evidence.expected[k, j], evidence.detected[k, j], evidence.held[k, j] = False, False, False
+            evidence.hit[k, j] = False
         for j in range(tracks.count):
             inside = contains(world, k, tracks.mean[j, 0], tracks.mean[j, 1])
             evidence.expected[k, j] = (tracks.status[j] != EMPTY) & inside
         _find_detected(world, k)
         _match_local_tracks(world, k, listed)
+    if world.parameters.keep_inside:
+        _find_inside(world)
+    if world.parameters.keep_coverage:
+        cover(world)
 
 
 @kernel
 def _find_detected(world, k):
-    """`detected`: any detection of agent k lies within the gate of the track, or within `near_distance` where
-    that is set.
+    """`hit`, and `detected`: any detection of agent k lies within the gate of the track, or within
+    `near_distance` where that is set.
 
     Most tracks are detected by the detection that hit them: it is looked at first.
     """
@@ -41,6 +48,7 @@ def _find_detected(world, k):
     detections = world.reports.count[k]
     for d in range(detections):
         if assignment[d] != NONE:
+            world.evidence.hit[k, assignment[d]] = True
             detected[assignment[d]] = _is_near(world, k, assignment[d], d, d + 1)
     for j in range(tracks.count):
         if (tracks.status[j] != EMPTY) & (not detected[j]):
@@ -58,6 +66,16 @@ def _is_near(world, k, j, first, last):
         gated = yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy <= limit
         found |= gated | (dx * dx + dy * dy <= near * near)
     return found
+
+
+@kernel
+def _find_inside(world):
+    """`inside`: how probable it is that each track lies in each FOV."""
+    tracks, inside = world.tracks, world.evidence.inside
+    for k in range(inside.shape[0]):
+        for j in range(tracks.count):
+            mean, cov = tracks.mean[j], tracks.cov[j]
+            inside[k, j] = probability_inside(world, k, mean[0], mean[1], cov[0, 0], cov[0, 1], cov[1, 1])
 
 
 @kernel

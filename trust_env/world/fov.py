@@ -12,6 +12,7 @@ _SHAPES = SHAPES.values()
 _holds = choose([shape.holds for shape in _SHAPES], "fov", "frame", "x", "y")
 _nearest_inside = choose([shape.nearest_inside for shape in _SHAPES], "fov", "reach", "frame", "x", "y")
 _box = choose([shape.box for shape in _SHAPES], "fov", "reach", "frame")
+_edge = choose([shape.edge for shape in _SHAPES], "fov", "reach", "frame", "x", "y")
 _candidate = choose([shape.candidate for shape in _SHAPES], "fov", "reach", "frame", "first", "second")
 _ATTEMPTS = 64  # at a point of an FOV; 6 bits of a draw's index count them
 
@@ -37,6 +38,19 @@ def contains(world, k, x, y):
     if agents.fov_is_round[k]:
         return near
     return near and _holds(agents.fov_shape[k], agents.fov_numbers[k], agents.fov_frame[k], x, y)
+
+
+@kernel
+def probability_inside(world, k, x, y, xx, xy, yy):
+    """P(Φ_k) of a point N([x, y], [[xx, xy], [xy, yy]]), the FOV's edge taken as straight where it is nearest.
+
+    Φ(m / σ), m the distance to the edge, positive inside, and σ² = nᵀPn along its normal n.
+    """
+    agents = world.agents
+    fov, reach, frame = agents.fov_numbers[k], agents.fov_radius[k], agents.fov_frame[k]
+    margin, nx, ny = _edge(agents.fov_shape[k], fov, reach, frame, x, y)
+    variance = nx * nx * xx + 2.0 * nx * ny * xy + ny * ny * yy
+    return 0.5 * math.erfc(-margin / math.sqrt(2.0 * variance))
 
 
 @inlined

@@ -7,21 +7,21 @@ from trust_env.compiled.structs import CENTRAL
 from trust_env.world.tracking.score import CONFIRMED
 from trust_env.world.tracking.track_store import delete_marked, drop_track
 
-MONITOR, FILTER, REMOVE, WEIGHT = range(4)
-ACTUATIONS = {"monitor": MONITOR, "filter": FILTER, "remove": REMOVE, "weight": WEIGHT}
+MONITOR, FILTER, REMOVE, WEIGHT, RETRO = range(5)
+ACTUATIONS = {"monitor": MONITOR, "filter": FILTER, "remove": REMOVE, "weight": WEIGHT, "retro": RETRO}
 
 
 @kernel
 def publish(world):
-    """Delete what the tracker gave up and the defense does not keep; then the picture. `weight` acts on the next
-    frame.
+    """Delete what the tracker gave up and the defense does not keep; then the picture. `weight` and `retro` act on
+    the next frame, too.
     """
     tracks, verdict = world.tracks, world.verdict
     for j in range(tracks.count):
         tracks.to_delete[j] = tracks.to_delete[j] and not verdict.keep[j]
     delete_marked(world, CENTRAL)
     draw_picture(world)
-    if world.parameters.actuation != WEIGHT:
+    if world.parameters.actuation != WEIGHT and world.parameters.actuation != RETRO:
         for k in range(verdict.agent_weight.shape[0]):
             verdict.agent_weight[k] = 1.0
 

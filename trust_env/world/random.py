@@ -18,7 +18,7 @@ from trust_env.compiled.kernels import inlined, kernel
 from trust_env.compiled.structs import floats_at, ints_at
 
 # Streams: the high byte of the counter's first word. 8 bits of stream, 24 bits of index.
-TARGET_START, TARGET_MOTION, TARGET_LIFE, DETECTION, CLUTTER_COUNT, CLUTTER, PLACEMENT, POLICY = range(8)
+TARGET_START, TARGET_MOTION, TARGET_LIFE, DETECTION, CLUTTER_COUNT, CLUTTER, PLACEMENT, POLICY, DEFENSE = range(9)
 
 Key = namedtuple("Key", "seed world episode")
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from trust_env.compiled.kernels import kernel
+from trust_env.world.editing import is_adversary
 from trust_env.world.fov import contains
 from trust_env.world.point_sets import set_distances
 from trust_env.world.tracking.association import NONE, max_cardinality_assignment
@@ -20,6 +21,7 @@ def score_picture(world):
     """Fill `metrics`, and label every confirmed track with its target (`label`, NONE: false)."""
     tracks, labels = world.tracks, world.labels
     _keep_truth(world)
+    _count_watchers(world)
     _match_tracks(world, False)
     _flag_injected_tracks(world)
     for j in range(labels.label.shape[0]):
@@ -36,20 +38,23 @@ def score_picture(world):
 def _count(world):
     """What the picture shows, and what it lacks."""
     labels, scored = world.labels, world.scored
-    shown = found = false = injected = visible = 0
+    shown = false = injected = visible = missing = 0
+    for n in range(scored.visible.shape[0]):
+        scored.missing[n] = scored.visible[n]
     for j in range(world.tracks.count):
         if world.picture.published[j]:
             is_false = labels.target[j] == NONE
             shown += 1
-            found += not is_false and scored.visible[labels.target[j]]
             false += is_false
             injected += is_false and labels.injected[j]
+            if not is_false:
+                scored.missing[labels.target[j]] = False
     for n in range(scored.visible.shape[0]):
         visible += scored.visible[n]
+        missing += scored.missing[n]
     metrics = world.metrics
-    metrics.false_tracks, metrics.injected_tracks = false, injected
-    metrics.missing_targets, metrics.visible_targets = visible - found, visible
-    metrics.published_tracks = shown
+    metrics.false_tracks, metrics.injected_tracks, metrics.published_tracks = false, injected, shown
+    metrics.missing_targets, metrics.visible_targets = missing, visible
 
 
 @kernel
@@ -63,15 +68,28 @@ def _shows_everything(world):
 
 @kernel
 def _keep_truth(world):
-    """Keep the truth that the picture is scored against, and which targets at least one FOV holds."""
+    """Keep the truth that the picture is scored against, and by how many FOVs it is held."""
     targets, scored = world.targets, world.scored
     for n in range(targets.alive.shape[0]):
-        scored.alive[n], scored.visible[n] = targets.alive[n], False
+        scored.alive[n], scored.watchers[n, 0], scored.watchers[n, 1] = targets.alive[n], 0, 0
         for axis in range(4):
             scored.state[n, axis] = targets.state[n, axis]
         for k in range(world.agents.role.shape[0]):
             inside = contains(world, k, targets.state[n, 0], targets.state[n, 1])
-            scored.visible[n] |= targets.alive[n] & inside
+            scored.watchers[n, int(not is_adversary(world, k))] += targets.alive[n] & inside
+        scored.visible[n] = scored.watchers[n, 0] + scored.watchers[n, 1] > 0
+
+
+@kernel
+def _count_watchers(world):
+    """`watchers[J, 2]`: how many adversaries and benign agents are expected to see each track."""
+    expected, watchers, count = world.evidence.expected, world.labels.watchers, world.tracks.count
+    for j in range(count):
+        watchers[j, 0], watchers[j, 1] = 0, 0
+    for k in range(expected.shape[0]):
+        side = int(not is_adversary(world, k))
+        for j in range(count):
+            watchers[j, side] += expected[k, j]
 
 
 @kernel
@@ -131,6 +149,8 @@ def _measure_distances(world):
                 scratch.truths[n_truths, axis] = scored.state[n, axis]
             n_truths += 1
     cutoff, order = world.parameters.cutoff, world.parameters.order
-    metrics.gospa, metrics.ospa, metrics.gospa_localisation, _ = set_distances(
+    metrics.gospa, metrics.ospa, metrics.gospa_localisation, assigned = set_distances(
         world, n_estimates, n_truths, cutoff, order
     )
+    unpaired = 0.5 * cutoff**order
+    metrics.gospa_missed, metrics.gospa_false = unpaired * (n_truths - assigned), unpaired * (n_estimates - assigned)

@@ -48,6 +48,29 @@ class TestSuppress:
             out.append(sensed - set(env.arrays.report_origin[0, 0, : env.arrays.report_count[0, 0]]))
         return out
 
+    @pytest.mark.parametrize("attack", ["suppress", "suppress(choice=all)", "suppress(choice=nearest, fraction=0.1)"])
+    def test_listed_suppressions_are_replayed_whatever_the_choice(self, attack: str) -> None:
+        listed = {"suppressions": [{"agent": 0, "target": 1}, {"agent": 0, "target": 3}]}
+        scenario = load_scenario(self.ALONE | listed, **{"targets.speed": [0.0, 0.0]})
+        assert self.suppressed(scenario, attack, 20) == [{1, 3}] * 20
+
+    def test_a_listed_target_stays_suppressed_while_it_moves(self) -> None:
+        moving = {"velocities": [[15.0, 0.0], [0.0, 10.0], [10.0, 0.0], [0.0, 10.0]]}
+        tracker = {"initial_velocity_variance": 100.0, "process_noise": 0.1}
+        targets = {"targets": self.ALONE["targets"] | moving, "tracker": tracker}
+        scenario = load_scenario(self.ALONE | targets | {"suppressions": [{"agent": 0, "target": 2}]})
+        assert self.suppressed(scenario, "suppress(start=5)", 40) == [set()] * 5 + [{2}] * 35
+
+    def test_an_agent_without_listed_suppressions_reports_everything(self) -> None:
+        case = load_scenario("case1_fn")
+        env = VectorEnv(case, "score", 2)
+        player = Player(env, {"adversary": "suppress", "benign": "suppress"})
+        seen, _ = env.reset(0)
+        for _ in range(5):
+            sensed = env.arrays.raw_count.copy()
+            seen, *_ = env.step(player.actions(seen))
+            assert (sensed - env.arrays.report_count == [1, 0, 1]).all()
+
     @pytest.mark.parametrize(("fraction", "count"), [(0.25, 1), (0.5, 2), (0.6, 3), (1.0, 4)])
     def test_the_nearest_targets_stay_chosen_when_they_are_no_longer_nearest(self, fraction: float, count: int) -> None:
         moving = {"velocities": [[15.0, 0.0], [0.0, 10.0], [10.0, 0.0], [0.0, 10.0]]}

@@ -1,10 +1,12 @@
-"""`scenarios list`, and `list` and `show` of defenses and attacks."""
+"""`scenarios list`, and `list` and `show` of defenses, attacks and metrics."""
 
 import json
 
 import trust_env
 from trust_env.agents import POLICIES
+from trust_env.defenses import DEFENSES
 from trust_env.defenses.trust_switches import PRESETS
+from trust_env.metrics import METRICS
 
 
 def test_lists_name_everything_that_is_registered(cli):
@@ -12,6 +14,7 @@ def test_lists_name_everything_that_is_registered(cli):
         ("scenarios", trust_env.scenarios()),
         ("defenses", trust_env.defenses()),
         ("attacks", POLICIES),
+        ("metrics", METRICS),
     ):
         code, out, _ = cli(group, "list", "--json")
         listed = json.loads(out)
@@ -56,3 +59,21 @@ def test_show_takes_a_class_in_a_file(cli, tmp_path):
         "doc": "Mine alone.",
         "parameters": {"x": {}, "y": {"default": 3}},
     }
+
+
+def test_the_list_of_defenses_says_which_are_for_evaluation_only(cli):
+    _, out, _ = cli("defenses", "list", "--json")
+    marked = [entry["name"] for entry in json.loads(out) if "for evaluation only" in entry["description"]]
+    assert marked == [name for name, defense in DEFENSES.items() if defense.reference] != []
+
+
+def test_every_metric_says_its_unit_which_way_is_worse_and_when_it_is_absent(cli):
+    for name, metric in METRICS.items():
+        _, out, _ = cli("metrics", "show", name, "--json")
+        assert json.loads(out) == metric._asdict()
+        assert metric.unit and metric.worse in ("higher", "lower") and not metric.definition.endswith(".")
+        assert metric.never_where is None or (metric.never_where in METRICS and metric.absent)
+    _, text, _ = cli("metrics", "show", "detection_delay")
+    assert all(line in text for line in ("unit: frames", "worse: higher", "absent where accusation_rate is not: never"))
+    code, _, err = cli("metrics", "show", "gospar")
+    assert code == 2 and "unknown metric 'gospar'; did you mean 'gospa'?" in err

@@ -24,7 +24,7 @@ def test_the_printed_json_is_what_is_written(cli, tmp_path):
     assert printed == json.loads((tmp_path / "out" / "results.json").read_text())
     assert [(cell["attack"], cell["defense"]) for cell in printed["cells"]] == [
         ("honest", "score"),
-        ("honest", "trust"),
+        ("honest", "trust(preset=paper)"),
     ]
 
 
@@ -48,7 +48,7 @@ def test_set_takes_yaml_values_that_reach_the_scenario(cli):
     code, out, _ = cli("evaluate", *SMALL, *settings, "--json")
     metrics = json.loads(out)["cells"][0]["metrics"]
     assert code == 0
-    assert metrics["missing_fraction"] == {"iqm": 1.0, "low": 1.0, "high": 1.0}
+    assert set(metrics["missing_fraction"].values()) == {1.0}
     assert metrics["false_tracks_per_frame"]["iqm"] == 0.0
     assert "track_auroc" not in metrics
 

@@ -17,7 +17,7 @@ import trust_env
 import trust_env.training.evaluation.run_folder as run_folder
 from trust_env import files, training
 from trust_env.agents import Player
-from trust_env.metrics import METRICS, EpisodeMetrics
+from trust_env.metrics import METRICS, RELIABILITY, EpisodeMetrics
 from trust_env.training.evaluation.results import Results
 
 SMALL = {"scenario": "trio(horizon=25)", "episodes": 6, "seed": 3, "progress": False}
@@ -37,26 +37,32 @@ def test_results_json_holds_every_cell_with_intervals(run):
     with open(f"{out}/results.json", encoding="utf-8") as file:
         written = json.load(file)
     assert written == results.to_dict()
-    assert list(written) == ["scenario", "seed", "episodes", "version", "cells"]
+    assert list(written) == ["scenario", "seed", "episodes", "version", "cells", "pooled"]
     assert (written["scenario"], written["seed"], written["episodes"]) == ("trio", 3, 6)
     assert written["version"] == trust_env.parallel_env("trio").metadata["name"] == "trust_env_v0"
     cells = [(cell["attack"], cell["defense"]) for cell in written["cells"]]
     attack = "optimal_false_positive(n=1)"
     assert cells == [(a, d) for a in ("honest", attack) for d in ("score", "trust(preset=cdc2024)")]
     for cell in written["cells"]:
-        assert set(cell) == {"attack", "defense", "metrics"}
+        assert set(cell) == {"attack", "defense", "metrics", "pooled", "strata"}
         for name, values in cell["metrics"].items():
             assert name in METRICS
-            assert set(values) == {"iqm", "low", "high"}
-            assert values["low"] <= values["iqm"] <= values["high"]
+            assert list(values)[:7] == ["mean", "worst_decile", "iqm", "low", "high", "mean_low", "mean_high"]
+            assert (list(values)[7:] == ["never"]) == (METRICS[name].never_where is not None)
+            if values["iqm"] is not None:
+                assert values["low"] <= values["iqm"] <= values["high"]
+                assert values["mean_low"] <= values["mean"] <= values["mean_high"]
+    never = written["cells"][0]["metrics"]["frames_to_first_false_track"]
+    assert never["never"] == 1.0 and set(list(never.values())[:7]) == {None}
     assert "adversary_auroc" not in written["cells"][0]["metrics"]  # `score` has no opinion on agents
-    assert "adversary_auroc" in written["cells"][1]["metrics"]
+    assert "adversary_auroc" not in written["cells"][1]["metrics"]  # nobody edits
+    assert "adversary_auroc" in written["cells"][3]["metrics"]
 
 
 def test_results_parquet_has_a_row_per_episode(run):
     results, out = run
     table = pq.read_table(f"{out}/results.parquet")
-    assert table.column_names == [*IDS, *METRICS]
+    assert table.column_names == [*IDS, *METRICS, *(f"{kind}_bins" for kind in RELIABILITY)]
     rows = table.to_pylist()
     assert len(rows) == 4 * 6
     assert [row["world"] for row in rows[:6]] == [0, 1, 2, 3, 4, 5]
@@ -91,12 +97,14 @@ def test_metrics_respond_to_the_attack_and_to_the_defense(run):
     attack, trust = "optimal_false_positive(n=1)", "trust(preset=cdc2024)"
     for defense in ("score", trust):
         assert results["honest", defense].metrics["injected_tracks_per_frame"].max() == 0.0
-        assert set(results["honest", defense].metrics["frames_to_first_false_track"]) == {26.0}
+        assert np.isnan(results["honest", defense].metrics["frames_to_first_false_track"]).all()
     assert results[attack, "score"].metrics["injected_tracks_per_frame"].min() > 0.5
     assert results[attack, "score"].metrics["false_track_rejection_rate"].max() == 0.0
     difference = results.difference((attack, "score"), ("honest", "score"), "injected_tracks_per_frame")
     assert difference is not None
     assert difference.low > 0.5
+    mean = results.mean_difference((attack, "score"), ("honest", "score"), "injected_tracks_per_frame")
+    assert mean is not None and mean.value == results[attack, "score"].metrics["injected_tracks_per_frame"].mean()
     back = results.difference(results["honest", "score"], results[attack, "score"], "injected_tracks_per_frame")
     assert back is not None
     assert back.iqm == -difference.iqm
@@ -133,13 +141,27 @@ def test_all_cells_are_played_at_the_knowledge_level_that_one_needs():
         np.testing.assert_array_equal(at_own.cells[0].metrics[name], results["honest", "trust"].metrics[name])
 
 
+def test_results_name_the_preset_and_are_found_without_it():
+    results = training.evaluate(attacks="honest", defenses="trust,trust(preset=mate),score", **SMALL)
+    assert [cell.defense for cell in results.cells] == ["trust(preset=paper)", "trust(preset=mate)", "score"]
+    assert results["honest", "trust"] is results["honest", "trust(preset=paper)"] is results.cells[0]
+    assert set(results.to_arrow()["defense"].to_pylist()) == {"trust(preset=paper)", "trust(preset=mate)", "score"}
+    with pytest.raises(ValueError, match="majority"):
+        results["honest", "majority"]
+
+
+def test_a_defense_that_is_named_with_and_without_its_preset_is_given_twice():
+    with pytest.raises(ValueError, match="given twice"):
+        training.evaluate(attacks="honest", defenses="trust,trust(preset=paper)", **SMALL)
+
+
 def test_a_note_says_that_a_scenario_has_no_adversaries():
     settings = SMALL | {"scenario": "trio(horizon=12, n_adversaries=0)"}
     results = training.evaluate(attacks="false_positive", defenses="trust", **settings)
     assert results.notes == ("trio has no adversaries, so that all attacks come to the same",)
     assert "adversary_auroc" not in results.cells[0].summary
     assert "detection_delay" not in results.cells[0].summary
-    assert results.cells[0].summary["frames_to_first_false_track"].iqm == 13.0
+    assert results.cells[0].summary["frames_to_first_false_track"].never == 1.0
 
 
 _DEFENSE = """
@@ -167,8 +189,9 @@ def test_defenses_of_the_user_are_taken_by_file_and_as_objects(tmp_path):
     assert blind.metrics["false_tracks_per_frame"].max() == 0.0
     assert set(blind.metrics["missing_fraction"]) == {1.0}
     assert set(blind.metrics["true_track_rejection_rate"]) == {1.0}
-    assert set(blind.metrics["false_accusation_rate"]) == set(blind.metrics["detection_delay"]) == {1.0}
-    assert blind.metrics["agent_trust_brier"] == pytest.approx((0.2**2 + 2 * 0.8**2) / 3)
+    assert set(blind.metrics["false_accusation_rate"]) == {1.0}
+    assert np.isnan(blind.metrics["detection_delay"]).all()
+    assert blind.metrics["agent_trust_brier"] == pytest.approx(0.8**2)
 
     from trust_env.spec import load_object, parse
 

@@ -87,7 +87,7 @@ def test_tensorboard_shows_training_and_evaluations(run):
 
 def test_the_exported_policy_names_its_origin_and_sizes(run):
     tensors, config = load_policy(run.folder)
-    assert config["about"]["defense"] == "trust" and config["about"]["steps"] == run.steps
+    assert config["about"]["defense"] == "trust(preset=paper)" and config["about"]["steps"] == run.steps
     assert config["layers"][1:-1] == [64, 64] and config["knowledge"] == "own"
     assert {"obs_mean", "obs_var", "action.weight"} <= set(tensors)
     assert ("log_std" in tensors) == (config["choices"] is None)  # a deviation where actions are continuous

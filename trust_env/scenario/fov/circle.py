@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from trust_env.compiled.kernels import kernel
-from trust_env.scenario.fov.shape import INSIDE, FovShape, arc
+from trust_env.scenario.fov.shape import INSIDE, FovShape, arc, edge_of_circle
 from trust_env.scenario.types import LENGTH
 
 
@@ -51,6 +51,11 @@ class Circle(FovShape):
     @kernel
     def box(fov, reach, frame):
         return frame[0] - reach, frame[0] + reach, frame[1] - reach, frame[1] + reach
+
+    @staticmethod
+    @kernel
+    def edge(fov, reach, frame, x, y):
+        return edge_of_circle(reach, frame, x, y)
 
     @staticmethod
     @kernel

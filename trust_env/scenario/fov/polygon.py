@@ -127,6 +127,20 @@ class Polygon(FovShape):
 
     @staticmethod
     @kernel
+    def edge(fov, reach, frame, x, y):
+        u, v = local_of(frame, x, y)
+        margin, nu, nv = np.inf, 0.0, 0.0
+        for a in range(int(fov[0])):
+            b = a + 1 if a + 1 < int(fov[0]) else 0
+            eu, ev = fov[1 + 2 * b] - fov[1 + 2 * a], fov[2 + 2 * b] - fov[2 + 2 * a]
+            length = math.hypot(eu, ev)
+            inside = _to_the_left(fov, a, u, v) / length
+            if inside < margin:
+                margin, nu, nv = inside, -ev / length, eu / length
+        return margin, frame[3] * nu - frame[4] * nv, frame[4] * nu + frame[3] * nv
+
+    @staticmethod
+    @kernel
     def candidate(fov, reach, frame, first, second):
         """In the box around it, of which a turned triangle fills an eighth at least."""
         x0, x1, y0, y1 = _box(fov, frame)

@@ -10,7 +10,15 @@ import numpy as np
 
 from trust_env.compiled.kernels import kernel
 from trust_env.scenario.fov.circle import Circle
-from trust_env.scenario.fov.shape import INSIDE, FovGroup, arc, box_around, wrap_angle
+from trust_env.scenario.fov.shape import (
+    INSIDE,
+    FovGroup,
+    arc,
+    box_around,
+    edge_of_circle,
+    local_of,
+    wrap_angle,
+)
 
 
 class SectorGroup(FovGroup):
@@ -107,9 +115,36 @@ class Sector(Circle):
 
     @staticmethod
     @kernel
+    def edge(fov, reach, frame, x, y):
+        margin, nx, ny = edge_of_circle(reach, frame, x, y)
+        if fov[0] >= math.pi:
+            return margin, nx, ny
+        straight, nu, nv = _straight_edge(fov[0], *local_of(frame, x, y))
+        if margin <= straight:
+            return margin, nx, ny
+        return straight, frame[3] * nu - frame[4] * nv, frame[4] * nu + frame[3] * nv
+
+    @staticmethod
+    @kernel
     def candidate(fov, reach, frame, first, second):
         distance, angle = reach * math.sqrt(first), frame[2] + (2.0 * second - 1.0) * fov[0]
         return frame[0] + distance * math.cos(angle), frame[1] + distance * math.sin(angle)
 
 
 _wrap = kernel(wrap_angle)
+
+
+@kernel
+def _straight_edge(half_width, u, v):
+    """m from a point in the sector's own frame to the nearer of its straight edges, or to its apex, negative
+    outside, and the normal there.
+    """
+    side = 1.0 if v >= 0.0 else -1.0  # which edge is nearer: the sector is symmetric about its middle
+    cos, sin = math.cos(half_width), side * math.sin(half_width)
+    sign = 1.0 if abs(math.atan2(v, u)) <= half_width else -1.0
+    if u * cos + v * sin > 0.0:
+        return sign * abs(v * cos - u * sin), -sin, cos
+    distance = math.hypot(u, v)
+    if distance == 0.0:
+        return 0.0, 1.0, 0.0
+    return sign * distance, u / distance, v / distance

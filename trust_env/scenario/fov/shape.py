@@ -60,6 +60,7 @@ class FovShape(ABC):
     holds(fov, frame, x, y): whether a point within reach lies in the FOV
     nearest_inside(fov, reach, frame, x, y): for a point outside, one just inside
     box(fov, reach, frame): x_min, x_max, y_min, y_max
+    edge(fov, reach, frame, x, y): m from a point to the nearest edge, negative outside, and that edge's normal
     candidate(fov, reach, frame, first, second): a point from two U[0, 1) draws; those that the FOV holds are
         uniform in it
     """
@@ -69,6 +70,7 @@ class FovShape(ABC):
     holds: ClassVar[Any]
     nearest_inside: ClassVar[Any]
     box: ClassVar[Any]
+    edge: ClassVar[Any]
     candidate: ClassVar[Any]
 
     @abstractmethod
@@ -112,6 +114,16 @@ def local_of(frame, x, y):
     """u, v of a point in an FOV's own frame."""
     dx, dy = x - frame[0], y - frame[1]
     return frame[3] * dx + frame[4] * dy, -frame[4] * dx + frame[3] * dy
+
+
+@inlined
+def edge_of_circle(reach, frame, x, y):
+    """m from a point to the circle about the agent, negative outside, and the normal there."""
+    dx, dy = x - frame[0], y - frame[1]
+    distance = math.hypot(dx, dy)
+    if distance == 0.0:
+        return reach, 1.0, 0.0
+    return reach - distance, dx / distance, dy / distance
 
 
 @inlined

@@ -15,6 +15,7 @@ from trust_env.world.fields import tracks_of
 from trust_env.world.origin import is_injection
 from trust_env.world.tracking import kalman
 from trust_env.world.tracking.association import NONE
+from trust_env.world.tracking.fusion import SEQUENTIAL
 from trust_env.world.tracking.score import CONFIRMED, TENTATIVE
 
 EMPTY = 0
@@ -93,6 +94,10 @@ def _credit_birth(world, k, j, d):
         evidence.agent_score[other, j] = 0.0
         if world.parameters.keep_innovations:
             clear_innovation(world, other, j)
+    if world.parameters.keep_predictions:
+        clear_prediction(world, j)
+    if world.parameters.fusion != SEQUENTIAL:
+        world.kept.hits[j] = 0
     evidence.agent_score[k, j] = world.agents.initial_score[k]
     world.scan.gain[j] = 0.0
     world.labels.injected_hits[j] = int(is_injection(world.reports.origin[k, d]))
@@ -107,6 +112,16 @@ def clear_innovation(world, k, j):
         for b in range(2):
             evidence.innovation_cov[k, j, a, b] = np.nan
     evidence.distance2[k, j] = np.nan
+
+
+@kernel
+def clear_prediction(world, j):
+    """Track j was not there when the frame began."""
+    evidence = world.evidence
+    for a in range(4):
+        evidence.predicted_mean[j, a] = np.nan
+        for b in range(4):
+            evidence.predicted_cov[j, a, b] = np.nan
 
 
 @kernel

@@ -15,6 +15,7 @@ from trust_env.world.fov import contains, within_reach
 from trust_env.world.origin import is_injection
 from trust_env.world.tracking import kalman
 from trust_env.world.tracking.association import NONE, max_cardinality_assignment
+from trust_env.world.tracking.fusion import SEQUENTIAL, fuse_hits, keep_hit
 from trust_env.world.tracking.score import CONFIRMED, hit_gain, is_confirmed, is_lost
 from trust_env.world.tracking.track_store import EMPTY, clear_innovation, delete_marked, start_track
 
@@ -33,16 +34,34 @@ def track_locally(world):
 
 @kernel
 def track_centrally(world):
-    """The central tracker takes the reports, agent by agent."""
+    """The central tracker takes the reports, agent by agent; hits update their track at once, or all together."""
     agents = world.agents.role.shape[0]
     predict_tracks(world, CENTRAL)
+    if world.parameters.keep_predictions:
+        _keep_predictions(world)
     if world.parameters.keep_innovations:
         for k in range(agents):
             for j in range(world.tracks.count):
                 clear_innovation(world, k, j)
+    if world.parameters.fusion != SEQUENTIAL:
+        for j in range(world.kept.hits.shape[0]):
+            world.kept.hits[j] = 0
     for k in range(agents):
         _take_report(world, k)
+    if world.parameters.fusion != SEQUENTIAL:
+        fuse_hits(world)
     end_frame(world, CENTRAL)
+
+
+@kernel
+def _keep_predictions(world):
+    """Evidence for defenses that ask for it: where the tracks are before any report, for hits at one epoch."""
+    tracks, evidence = world.tracks, world.evidence
+    for j in range(tracks.count):
+        for a in range(4):
+            evidence.predicted_mean[j, a] = tracks.mean[j, a]
+            for b in range(4):
+                evidence.predicted_cov[j, a, b] = tracks.cov[j, a, b]
 
 
 @kernel
@@ -172,7 +191,10 @@ def _hit(world, tracker, k, weight, c, d):
     gain = weight * hit_gain(world.agents.hit_constant[k], geometry[6], distance2)
     if tracker == CENTRAL and world.parameters.keep_innovations:
         _keep_innovation(world, k, weight, j, dx, dy, distance2)
-    kalman.update(mean, cov, dx, dy, _noise(world, k, weight), (ixx, ixy, iyy), geometry[5])
+    if tracker == CENTRAL and world.parameters.fusion != SEQUENTIAL:
+        keep_hit(world, k, weight, j, point[0], point[1])
+    else:
+        kalman.update(mean, cov, dx, dy, _noise(world, k, weight), (ixx, ixy, iyy), geometry[5])
     tracks.score[j] += gain
     tracks.hits[j] += 1
     tracks.hit_now[j] = True
