@@ -67,21 +67,21 @@ class FollowedTargets(Policy):
         used = min(most, max(self._slots, used_length(seen["detections_mask"])))
         points, mask = seen["detections"][:, :, :used], seen["detections_mask"][:, :, :used]
         at, chosen = self._follow(points, mask)
-        shifted = self.shifted(points, at)
-        inside = self.fovs.contains(seen["pose"], shifted)
-        self._release(at, chosen & ~inside)
-        chosen = chosen & inside
         order = np.argsort(~chosen, axis=2, kind="stable")[..., : self._slots]
-        injected, fire = np.take_along_axis(shifted, order[..., None], axis=2), np.take_along_axis(chosen, order, 2)
-        injected = np.where(fire[..., None], injected, seen["pose"][:, :, None, :2])
+        at, fire = (np.take_along_axis(values, order, axis=2) for values in (at, chosen))
+        shifted = self.shifted(np.take_along_axis(points, order[..., None], axis=2), at)
+        inside = self.fovs.contains(seen["pose"], shifted)
+        self._release(at[fire & ~inside])
+        fire = fire & inside
+        injected = np.where(fire[..., None], shifted, seen["pose"][:, :, None, :2])
         if not self.withholds:
             return self.encode(seen["pose"], injected, fire)
         suppress = np.zeros_like(seen["detections_mask"])
-        suppress[:, :, :used] = chosen
+        np.put_along_axis(suppress, order, fire, axis=2)
         return self.encode(seen["pose"], injected, fire, suppress)
 
     def shifted(self, points: np.ndarray, at: np.ndarray) -> np.ndarray:
-        """Where detections points[W, n, D, 2] of the targets `at` are reported, [W, n, D, 2], m."""
+        """Where detections points[W, n, D, 2] of the targets at[W, n, D] are reported, [W, n, D, 2], m."""
         raise NotImplementedError
 
     def _follow(self, points: np.ndarray, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -111,10 +111,10 @@ class FollowedTargets(Policy):
             self.targets.chosen.reshape(-1)[at], self.since.reshape(-1)[at] = True, 0
             self.heading.reshape(-1, 2)[at] = rotated(np.array([[1.0, 0.0]]), turns)
 
-    def _release(self, at: np.ndarray, released: np.ndarray) -> None:
-        """Give up targets whose shifted reports would leave the FOV; they have to settle again."""
-        self.targets.chosen.reshape(-1)[at[released]] = False
-        self.looks.reshape(-1)[at[released]] = 0
+    def _release(self, at: np.ndarray) -> None:
+        """Give up targets; they have to settle again."""
+        self.targets.chosen.reshape(-1)[at] = False
+        self.looks.reshape(-1)[at] = 0
 
 
 class Drag(FollowedTargets):

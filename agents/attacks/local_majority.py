@@ -88,7 +88,7 @@ class Collusion(HonestWitnesses):
     """
 
     name = "collusion"
-    reads = (*HonestWitnesses.reads, "detections")
+    reads = ("pose", "detections", "detections_mask", "poses")
     max_cost = _NO_MAJORITY - 1
 
     def __init__(
@@ -165,4 +165,5 @@ def _near(points: np.ndarray, there: np.ndarray, places: np.ndarray, distance: f
     """Whether any of the points[W, n, D, 2] that are there lies near each of places[W, 1, Q, 2], bool[W, n, Q]."""
     dx = points[:, :, :, None, 0] - places[:, :, None, :, 0]
     dy = points[:, :, :, None, 1] - places[:, :, None, :, 1]
-    return ((dx * dx + dy * dy <= distance**2) & there[..., None]).any(axis=2)
+    near = (dx * dx + dy * dy <= distance**2) & there[..., None]
+    return np.asarray(near.any(axis=2))

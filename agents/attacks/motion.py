@@ -12,20 +12,21 @@ from trust_env.scenario import Scenario
 MOTIONS = ("static", "constant_velocity", "random_walk", "pace")
 # Whether points [w, ..., 2] lie in the zones of their phantoms, in the worlds `rows`.
 Contains = Callable[[np.ndarray, np.ndarray | slice], np.ndarray]
+Turns = Callable[[np.ndarray | slice], np.ndarray]  # U[0, 1) draws [w, ...] for the worlds `rows`
 _ALL = slice(None)
 
 
 def step(
-    motion: str, position: np.ndarray, velocity: np.ndarray, turns: np.ndarray, dt: float, contains: Contains
+    motion: str, position: np.ndarray, velocity: np.ndarray, turns: Turns, dt: float, contains: Contains
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Positions [W, ..., 2] (m), velocities [W, ..., 2] (m/s) after `dt` (s), and bool[W, ...]: which have left their
     zone.
 
     constant_velocity: straight on, out of the zone too | random_walk: a new direction in every frame, and none
-    out of the zone | pace: straight on, and at the edge back into the zone. turns[W, ...]: U[0, 1) draws.
+    out of the zone | pace: straight on, and at the edge back into the zone.
     """
     if motion == "random_walk":
-        velocity = rotated(velocity, turns)
+        velocity = rotated(velocity, turns(_ALL))
     moved = position + dt * velocity
     inside = contains(moved, _ALL)
     if motion == "constant_velocity":
@@ -33,7 +34,7 @@ def step(
     if motion == "pace" and not inside.all():
         rows = np.flatnonzero(~inside.reshape(len(inside), -1).all(axis=1))
         velocity = velocity.copy()
-        velocity[rows] = _turn_back(position[rows], velocity[rows], turns[rows], dt, inside[rows], contains, rows)
+        velocity[rows] = _turn_back(position[rows], velocity[rows], turns(rows), dt, inside[rows], contains, rows)
         moved[rows] = position[rows] + dt * velocity[rows]
         inside[rows] = contains(moved[rows], rows)
     return np.where(inside[..., None], moved, position), velocity, np.zeros_like(inside)

@@ -148,7 +148,7 @@ class HonestWitnesses(PlacedPhantoms):
     """Phantoms whose places depend on which agents outside the coalition, who count as honest, see them."""
 
     knowledge = "poses"
-    reads = (*Phantoms.reads, "poses")
+    reads = ("pose", "detections_mask", "poses")
 
     def prepare(self, context: PolicyContext) -> None:
         super().prepare(context)

@@ -96,7 +96,7 @@ class SelectiveSuppress(Policy):
 
     name = "selective_suppress"
     knowledge = "poses"
-    reads = (*Suppress.reads, "poses")
+    reads = ("pose", "detections", "detections_mask", "poses")
 
     def __init__(self, margin: int = 1, start: int = 0):
         self.margin = whole_number(self.name, "margin", margin, 1)
