@@ -107,8 +107,10 @@ class Policy:
         raise NotImplementedError(f"{type(self).__name__} needs {missing}")
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
-        """Hook: what a search for the worst attack may try, by parameter; empty: nothing to search."""
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
+        """Hook: what a search for the worst attack may try, by parameter; empty: nothing to search. given: the
+        parameters that are not searched, as they are given.
+        """
         return {}
 
     def draw(self, purpose: int, count: int, rows: _Rows = _ALL, agents: np.ndarray | None = None) -> np.ndarray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from trust_env.agents.attacks.detection_tracker import DetectionTracker, used_length
@@ -43,7 +45,7 @@ class FollowedTargets(Policy):
         self.start = whole_number(self.name, "start", start, 0)
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
         return {"n": phantom_range(scenario, scenario.injection.slots), "start": start_range(scenario)}
 
     def prepare(self, context: PolicyContext) -> None:
@@ -138,10 +140,10 @@ class Drag(FollowedTargets):
         self.profile = one_of(self.name, "profile", profile, PROFILES)
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
         usual = 0.2 * noise_deviation(scenario) / scenario.dt
         own = {"rate": Range(0.0, 5.0 * usual, none=usual), "profile": PROFILES}
-        return {**own, **super().search_ranges(scenario)}
+        return {**own, **super().search_ranges(scenario, **given)}
 
     def shifted(self, points: np.ndarray, at: np.ndarray) -> np.ndarray:
         since = self.since.reshape(-1)[at]
@@ -169,8 +171,8 @@ class Steal(FollowedTargets):
         self.offset = non_negative(self.name, "offset", offset, "standard deviations")
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
-        return {"offset": Range(0.0, 6.0), **super().search_ranges(scenario)}
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
+        return {"offset": Range(0.0, 6.0), **super().search_ranges(scenario, **given)}
 
     def shifted(self, points: np.ndarray, at: np.ndarray) -> np.ndarray:
         offset = self.offset * self.deviation[..., None]  # [n, 1, 1], m

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from typing import Any
 
 from trust_env.agents.attacks.motion import MOTIONS, target_speeds
 from trust_env.agents.base import Policy
@@ -72,13 +73,11 @@ class PhantomParameters(Policy):
             cls.__doc__ = "\n".join([inspect.cleandoc(cls.__doc__ or ""), "", *lines])
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
         """Ranges of the parameters that the attack takes of those that attacks share."""
         parameters = inspect.signature(cls).parameters
-        adversaries = max(1, scenario.roles.count("adversary"))
-        shared = "share" in parameters and parameters["share"].default and not cls.reported_by_all
         ranges: SearchRanges = {
-            "n": phantom_range(scenario, scenario.injection.slots * (adversaries if shared else 1)),
+            "n": phantom_range(scenario, cls.most_phantoms(scenario, **given)),
             "motion": MOTIONS,
             "speed": Range(0.0, 2.0 * target_speeds(scenario)[1]),
             "noise": noise_range(scenario),
@@ -87,3 +86,11 @@ class PhantomParameters(Policy):
             "suppress": Range(0.0, 1.0),
         }
         return {name: values for name, values in ranges.items() if name in parameters}
+
+    @classmethod
+    def most_phantoms(cls, scenario: Scenario, **given: Any) -> int:
+        """How many phantoms the slots can ever hold: those of one adversary, with share those of all."""
+        parameters = inspect.signature(cls).parameters
+        share = given.get("share", parameters["share"].default if "share" in parameters else False)
+        holders = scenario.roles.count("adversary") if share is True and not cls.reported_by_all else 1
+        return scenario.injection.slots * max(1, holders)
