@@ -125,7 +125,8 @@ def worlds(draw: st.DrawFn) -> dict[str, Any]:
         "actuation": draw(st.sampled_from(["monitor", "filter", "remove", "weight", "retro"])),
         "retro_window": draw(st.integers(1, 5)),
         "area": [-scale, scale * draw(number(0.1, 2.0)), -scale * draw(number(0.1, 2.0)), scale],
-        "sensor": draw(sensors(scale)) | {"clutter_density": draw(number(0.0, 0.3)) / scale**2, "max_detections": d}
+        "sensor": draw(sensors(scale))
+        | {"clutter_density": draw(number(0.0, 0.3)) / scale**2, "max_detections": d}
         | {"resolution": draw(maybe(number(1e-3, 0.3).map(lambda x: x * scale)))},
         "injection": {"slots": draw(st.integers(0, min(4, d))), "benign": draw(maybe(st.just(1)))},
         "targets": {
