@@ -50,9 +50,15 @@ def damage(scenario: Any, attack: str, defense: str, worlds: int) -> float:
 @pytest.mark.parametrize(
     ("scenario", "attack", "worlds", "frames", "given"),
     [
-        ("trio", "false_positive", 2, 40, {}),
+        ("trio", "false_positive", 2, 60, {}),
         ("trio", "suppress", 2, 30, ONLY_PATTERNS),
-        ("patrol(knowledge=poses)", "fov_aware", 1, 25, {"pi": 0.4, "r": 0.6, "cap_track": 20.0, "cap_motion": 12.0}),
+        (
+            "patrol(knowledge=poses)",
+            "fov_aware",
+            1,
+            25,
+            {"pi": 0.4, "r": 0.6, "cap_track": 20.0, "cap_motion": 12.0, "cap_dead": 9.0},
+        ),
     ],
 )
 def test_kernels_agree_with_numpy(scenario, attack, worlds, frames, given):

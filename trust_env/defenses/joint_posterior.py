@@ -15,7 +15,7 @@ import numpy as np
 
 from trust_env.compiled.kernels import kernel
 from trust_env.defenses.base import ACCEPT, BuiltIn
-from trust_env.defenses.joint.areas import RATE, count_alone, learn_dispersion, survey, weigh_counts
+from trust_env.defenses.joint.areas import RATE, count_alone, count_gone, learn_dispersion, survey, weigh_counts
 from trust_env.defenses.joint.hypotheses import (
     EXACT,
     MOST_AGENTS,
@@ -72,7 +72,7 @@ class JointPosterior(BuiltIn):
                    they are too good
     counts         tracks are spread over what is covered, as unevenly as they are where several agents watch
     departures     a target that has left is missed by those who watch; one look in `gap` is the first of such
-    memory         of tracks that are gone (0: off), as a factor per frame
+    memory         tracks that are gone still say what they said, and still count (0: off); a factor per frame
     cap_track      no track outweighs this many nats (60: off); cap_dead, cap_motion, cap_fit and cap_count are the
                    same of a track that is gone, of the motion, of the fit and of the count
 
@@ -88,6 +88,7 @@ class JointPosterior(BuiltIn):
         "parent": "i8 Sets | the set without its lowest agent",
         "lowest": "i8 Sets | that agent",
         "share": "f8 Cases | φ of a case",
+        "place": "i8 Cases | of a φ_alone; else -1",
         "withheld": "i8 Cases | the place of its s in levels",
         "mode": "i8 Cases",
         "levels": "f8 Levels | s",
@@ -132,6 +133,11 @@ class JointPosterior(BuiltIn):
         "others_area": "f8 Sets | that somebody else covers",
         "alone_count": "f8 Sets | tracks that only the set watches",
         "others_count": "f8 Sets | real tracks that somebody else watches",
+        "gone_alone": "f8 Sets | tracks that are gone, which only the set watched",
+        "gone_others": "f8 Sets | real ones, which somebody else watched",
+        "gone_region": "f8 Regions | tracks that are gone",
+        "region_count": "f8 Regions | tracks, gone ones too",
+        "last_trust": "f8 J | P(real)",
         "dispersion": "f8 3 | of counts: (n - μ)², μ, μ²",
         "frames": "f8",
         "usual_fit": "f8 | Σ d²/2",
@@ -156,7 +162,7 @@ class JointPosterior(BuiltIn):
         "behaviour": "f8 Behaviours",
         "case_weight": "f8 Sets Cases",
         "others_now": "f8 Sets",
-        "region_count": "f8 Regions",
+        "alone_now": "f8 Sets Shares | φ of the track in hand where only the set watches",
     }
     needs: ClassVar = ("innovations", "inside", "coverage")
 
@@ -186,7 +192,7 @@ class JointPosterior(BuiltIn):
         departures: bool = True,
         edges: bool = True,
         cap_track: float = 6.0,
-        cap_dead: float = 12.0,
+        cap_dead: float = 2.0,
         cap_motion: float = 6.0,
         cap_fit: float = 12.0,
         cap_count: float = 8.0,
@@ -251,6 +257,7 @@ class JointPosterior(BuiltIn):
             forget_track(world, j)
         for a in range(joint.members.shape[0]):
             joint.alone_count[a], joint.others_count[a] = np.nan, np.nan
+            joint.gone_alone[a], joint.gone_others[a] = 0.0, 0.0
             for y in range(joint.share.shape[0]):
                 joint.past[a, y] = 0.0
             for s in range(joint.scales.shape[0]):
@@ -271,9 +278,11 @@ class JointPosterior(BuiltIn):
         count_looks(world)
         compare_motions(world)
         listed = list_confirmed(world)
-        _weigh_tracks(world, listed)
+        for c in range(listed):
+            note_watchers(world, c, world.scratch.listing[c])
         learn_dispersion(world, listed)
         count_alone(world, listed)
+        _weigh_tracks(world, listed)
         weigh_counts(world)
         weigh_hypotheses(world)
         _conclude_on_agents(world)
@@ -286,11 +295,15 @@ def _fade(world):
     joint = world.joint_posterior
     for a in range(joint.members.shape[0]):
         joint.others_now[a] = 0.0
+        joint.gone_alone[a] *= joint.memory
+        joint.gone_others[a] *= joint.memory
         for y in range(joint.share.shape[0]):
             joint.past[a, y] *= joint.memory
             joint.product[a, y], joint.log_product[a, y] = 1.0, 0.0
         for s in range(joint.scales.shape[0]):
             joint.urn_now[a, s] = joint.urn_prior[s] + joint.memory * (joint.urn[a, s] - joint.urn_prior[s])
+    for q in range(joint.regions):
+        joint.gone_region[q] *= joint.memory
     joint.usual_fit, joint.usual_fits = (1.0 - FIT_RATE) * joint.usual_fit, (1.0 - FIT_RATE) * joint.usual_fits
 
 
@@ -304,6 +317,7 @@ def _bury_tracks(world):
                 note_watchers(world, 0, j)
                 weigh_patterns(world, 0, j)
                 remember_track(world, 0, weigh_track(world, 0, j))
+                count_gone(world, 0, joint.last_trust[j])
             forget_track(world, j)
     for a in range(joint.members.shape[0]):
         for s in range(joint.scales.shape[0]):
@@ -317,7 +331,6 @@ def _weigh_tracks(world, listed):
     together = int(600.0 / joint.cap_track)  # tracks whose product cannot underflow
     for c in range(listed):
         j = world.scratch.listing[c]
-        note_watchers(world, c, j)
         weigh_patterns(world, c, j)
         weigh_motion(world, j)
         weigh_fit(world, j)
@@ -346,11 +359,11 @@ def _conclude_on_tracks(world, listed):
     joint, verdict = world.joint_posterior, world.verdict
     for j in range(world.tracks.count):
         count_absence(world, j)
-        joint.was_listed[j] = False
     for c in range(listed):
         j = world.scratch.listing[c]
         real = min(1.0, max(0.0, probability_of_real(world, c)))
         learn_fit(world, c, j, real)
+        joint.last_trust[j] = real
         trust = real * _still_there(world, j)
         verdict.track_trust[j], verdict.track_trust_var[j] = trust, trust * (1.0 - trust)
         verdict.publish[j], joint.was_listed[j] = trust >= ACCEPT, True

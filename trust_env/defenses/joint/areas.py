@@ -13,6 +13,7 @@ from trust_env.defenses.joint.patterns import class_of, has_several
 RATE = 0.1  # of the moving averages of counts
 LEAST_RATE = 0.02  # of the dispersion
 LEAST_AREA = 0.01  # of a region whose tracks tell of the dispersion
+MOST_SHARE = 0.95  # of false tracks in a region
 AREA_FLOOR, OTHERS_FLOOR = 0.02, 0.1  # added to areas, which are shares of what is covered
 LEAST_DISPERSION, MOST_DISPERSION = 0.1, 10.0
 
@@ -62,6 +63,7 @@ def _region_of(world, watchers):
         if joint.region[q] == watchers:
             return q
     joint.region[joint.regions], joint.region_area[joint.regions] = watchers, 0.0
+    joint.gone_region[joint.regions] = 0.0
     joint.regions += 1
     return joint.regions - 1
 
@@ -73,15 +75,15 @@ def learn_dispersion(world, listed):
     """
     joint, tracks, area = world.joint_posterior, 0.0, 0.0
     for q in range(joint.regions):
-        joint.region_count[q] = 0.0
+        joint.region_count[q] = joint.gone_region[q]
         if has_several(joint.region[q]):
             area += joint.region_area[q]
+            tracks += joint.gone_region[q]
     for c in range(listed):
-        if has_several(joint.watchers[c]):
-            tracks += 1.0
-            for q in range(joint.regions):
-                if joint.region[q] == joint.watchers[c]:
-                    joint.region_count[q] += 1.0
+        tracks += has_several(joint.watchers[c])
+        for q in range(joint.regions):
+            if joint.region[q] == joint.watchers[c]:
+                joint.region_count[q] += 1.0
     density, square, mean, mean_square = (tracks + 0.5) / (area + 0.05), 0.0, 0.0, 0.0
     for q in range(joint.regions):
         if has_several(joint.region[q]) and joint.region_area[q] > LEAST_AREA:
@@ -112,6 +114,47 @@ def count_alone(world, listed):
 
 
 @kernel
+def count_gone(world, c, real):
+    """A track that is gone still counts."""
+    joint = world.joint_posterior
+    for a in range(joint.members.shape[0]):
+        joint.gone_alone[a] += class_of(joint.members[a], joint.watchers[c]) == ALONE
+        if joint.watchers[c] & ~joint.members[a] != 0:
+            joint.gone_others[a] += real
+    for q in range(joint.regions):
+        if joint.region[q] == joint.watchers[c]:
+            joint.gone_region[q] += 1.0
+
+
+@kernel
+def spread_shares(world, c):
+    """`alone_now[A, X]`: the share φ of false tracks that only A watches, where the track in place c is.
+
+    Real tracks spread by area, so that of n_A tracks that only A watches, on the area x_A, (1-φ) n_A a_q/x_A are
+    real ones in a region of area a_q; the others of the n_q tracks there are false.
+    """
+    joint, region = world.joint_posterior, -1
+    for q in range(joint.regions):
+        if joint.region[q] == joint.watchers[c]:
+            region = q
+    for a in range(joint.members.shape[0]):
+        alone = class_of(joint.members[a], joint.watchers[c]) == ALONE
+        density = 0.0
+        if alone and region >= 0 and joint.region_count[region] > 0.0:
+            found = 0.0
+            for q in range(joint.regions):
+                if joint.region[q] & ~joint.members[a] == 0:
+                    found += joint.region_count[q]
+            area = (joint.region_area[region] + AREA_FLOOR) / (joint.alone_area[a] + AREA_FLOOR)
+            density = found * area / joint.region_count[region]
+        for x in range(joint.alone_share.shape[0]):
+            share = joint.alone_share[x]
+            if x > 0 and density > 0.0:
+                share = min(MOST_SHARE, max(joint.alone_share[0], 1.0 - (1.0 - share) * density))
+            joint.alone_now[a, x] = share
+
+
+@kernel
 def weigh_counts(world):
     """`count_gain[A, X]`: by how much a share φ of false tracks explains the count n of tracks that only A watches.
 
@@ -122,7 +165,7 @@ def weigh_counts(world):
     joint, d = world.joint_posterior, world.joint_posterior.dispersion
     inverse = min(MOST_DISPERSION, max(LEAST_DISPERSION, (d[0] - d[1] + 1.0) / (d[2] + 2.0)))
     for a in range(joint.members.shape[0]):
-        others, n = joint.others_count[a], joint.alone_count[a]
+        others, n = joint.others_count[a] + joint.gone_others[a], joint.alone_count[a] + joint.gone_alone[a]
         mean = (others + 1.0) / (joint.others_area[a] + OTHERS_FLOOR) * (joint.alone_area[a] + AREA_FLOOR)
         k = 1.0 / (inverse + 1.0 / (others + 1.0))
         joint.count_gain[a, 0] = 0.0

@@ -36,12 +36,13 @@ class Behaviours(NamedTuple):
     on (φ_together, s, mode) where some and others do, on (φ_alone, s, mode) where only they do. These are the
     *cases*; those of class c are `first[c]` to `first[c + 1] - 1`.
 
-    share: float64[Y], φ; withheld: int64[Y], the place of s in `levels`; mode: int64[Y]; levels: float64[S];
-    case: int64[B, 3], a behaviour's case by class; alone: int64[B], the place of its φ_alone; prior: float64[B],
-    ln p(g).
+    share: float64[Y], φ; place: int64[Y], that of a φ_alone, else -1; withheld: int64[Y], the place of s in `levels`;
+    mode: int64[Y]; levels: float64[S]; case: int64[B, 3], a behaviour's case by class; alone: int64[B], the place of
+    its φ_alone; prior: float64[B], ln p(g).
     """
 
     share: np.ndarray
+    place: np.ndarray
     withheld: np.ndarray
     mode: np.ndarray
     levels: np.ndarray
@@ -83,21 +84,21 @@ def behaviours(
 ) -> Behaviours:
     """The tables of all combinations; the one that does least, in any mode, has the prior probability `dormant`."""
     s_places = range(len(levels))
-    cases = [(natural, s, PLAIN) for s in s_places]
+    cases = [(natural, -1, s, PLAIN) for s in s_places]
     first = [0, len(cases)]
-    for shares in (together, alone):
-        cases += product(shares, s_places, modes)
+    for shares, places in ((together, [-1] * len(together)), (alone, range(len(alone)))):
+        cases += [(*share, s, m) for share, s, m in product(zip(shares, places, strict=True), s_places, modes)]
         first.append(len(cases))
     combined = list(product(range(len(alone)), range(len(together)), s_places, range(len(modes))))
     case = [(s, *(first[c + 1] + (p * len(levels) + s) * len(modes) + m for c, p in ((0, i), (1, x))))
             for x, i, s, m in combined]  # fmt: skip
     idle = np.array([x == i == s == 0 for x, i, s, _ in combined])
     weights = np.where(idle, dormant / idle.sum(), (1.0 - dormant) / max(1, (~idle).sum()))
-    share, withheld, mode = (np.array(column) for column in zip(*cases, strict=True))
+    share, place, withheld, mode = (np.array(column) for column in zip(*cases, strict=True))
     with np.errstate(divide="ignore"):
         prior = np.log(weights / weights.sum())
     places = np.array([x for x, _, _, _ in combined])
-    return Behaviours(share, withheld, mode, np.array(levels), np.array(first), np.array(case), places, prior)
+    return Behaviours(share, place, withheld, mode, np.array(levels), np.array(first), np.array(case), places, prior)
 
 
 @kernel

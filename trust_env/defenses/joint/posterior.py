@@ -7,16 +7,24 @@ import math
 import numpy as np
 
 from trust_env.compiled.kernels import inlined, kernel
+from trust_env.defenses.joint.areas import spread_shares
 from trust_env.defenses.joint.motions import learn_motion, weigh_modes
 from trust_env.defenses.joint.patterns import class_of, has_several, weigh_sets
 
 
 @inlined
+def share_of(world, a, y):
+    """φ of the track in hand under set a, in case y."""
+    joint = world.joint_posterior
+    return joint.share[y] if joint.place[y] < 0 else joint.alone_now[a, joint.place[y]]
+
+
+@inlined
 def track_likelihood(world, c, a, y):
     """(1-φ) L1 + φ L0 σ of the track in place c under set a, in case y."""
-    joint = world.joint_posterior
-    real = (1.0 - joint.share[y]) * joint.real_likelihood[a, joint.withheld[y]]
-    return real + joint.share[y] * joint.false_likelihood[a] * joint.mark[c, a, joint.mode[y]]
+    joint, share = world.joint_posterior, share_of(world, a, y)
+    real = (1.0 - share) * joint.real_likelihood[a, joint.withheld[y]]
+    return real + share * joint.false_likelihood[a] * joint.mark[c, a, joint.mode[y]]
 
 
 @kernel
@@ -24,6 +32,7 @@ def weigh_track(world, c, j):
     """Fill `likelihood[A, Y]` of the track in place c, and let the urns take its motion; returns the greatest."""
     joint, top = world.joint_posterior, 0.0
     weigh_sets(world, c)
+    spread_shares(world, c)
     for a in range(joint.members.shape[0]):
         weigh_modes(world, c, j, a)
         watched = class_of(joint.members[a], joint.watchers[c])
@@ -106,10 +115,11 @@ def probability_of_real(world, c):
     """Σ_A w(A) P(real | A) of the track in place c; P(real | A) is added to `others_now[A]` where others watch."""
     joint, trust = world.joint_posterior, 0.0
     weigh_sets(world, c)
+    spread_shares(world, c)
     for a in range(joint.members.shape[0]):
         watched, real = class_of(joint.members[a], joint.watchers[c]), 0.0
         for y in range(joint.first[watched], joint.first[watched + 1]):
-            likelihood = (1.0 - joint.share[y]) * joint.real_likelihood[a, joint.withheld[y]]
+            likelihood = (1.0 - share_of(world, a, y)) * joint.real_likelihood[a, joint.withheld[y]]
             real += joint.case_weight[a, y] * likelihood / track_likelihood(world, c, a, y)
         trust += joint.weight[a] * real
         if joint.watchers[c] & ~joint.members[a] != 0:
