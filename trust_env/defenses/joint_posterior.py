@@ -15,7 +15,15 @@ import numpy as np
 
 from trust_env.compiled.kernels import kernel
 from trust_env.defenses.base import ACCEPT, BuiltIn
-from trust_env.defenses.joint.areas import RATE, count_alone, count_gone, learn_dispersion, survey, weigh_counts
+from trust_env.defenses.joint.areas import (
+    RATE,
+    count_alone,
+    count_gone,
+    count_tracks,
+    learn_dispersion,
+    survey,
+    weigh_counts,
+)
 from trust_env.defenses.joint.hypotheses import (
     EXACT,
     MOST_AGENTS,
@@ -87,18 +95,19 @@ class JointPosterior(BuiltIn):
         "members": "i8 Sets | bit k: agent k is in the set",
         "parent": "i8 Sets | the set without its lowest agent",
         "lowest": "i8 Sets | that agent",
-        "share": "f8 Cases | φ of a case",
-        "place": "i8 Cases | of a φ_alone; else -1",
-        "withheld": "i8 Cases | the place of its s in levels",
-        "mode": "i8 Cases",
         "levels": "f8 Levels | s",
         "first": "i8 4 | the first case of each class",
         "case": "i8 Behaviours 3 | by class",
         "alone": "i8 Behaviours | the place of its φ_alone",
-        "prior": "f8 Behaviours | ln p(g)",
+        "prior": "f8 Behaviours | p(g)",
+        "modes": "i8 Modes",
+        "shares": "i8 3 | how many φ by class",
+        "natural": "f8 | φ where nobody of the set watches",
+        "together_share": "f8 SharedShares | φ_together",
         "alone_share": "f8 Shares | φ_alone",
         "scales": "f8 Scales | σ_c² as shares of the velocity variance of a new track",
         "urn_prior": "f8 Scales | tracks",
+        "most_motion": "f8 | likelihood ratio",
         "least": "f8 | of an agent's likelihood, in units of its greatest",
         "ln_eps": "f8 | ln ε",
         "ln_not_eps": "f8 | ln(1 - ε)",
@@ -137,6 +146,7 @@ class JointPosterior(BuiltIn):
         "gone_others": "f8 Sets | real ones, which somebody else watched",
         "gone_region": "f8 Regions | tracks that are gone",
         "region_count": "f8 Regions | tracks, gone ones too",
+        "alone_found": "f8 Sets | tracks in regions that only the set covers",
         "last_trust": "f8 J | P(real)",
         "dispersion": "f8 3 | of counts: (n - μ)², μ, μ²",
         "frames": "f8",
@@ -157,12 +167,11 @@ class JointPosterior(BuiltIn):
         "product": "f8 Sets Cases",
         "log_product": "f8 Sets Cases | nats",
         "urn_now": "f8 Sets Scales",
-        "count_gain": "f8 Sets Shares | nats",
+        "count_ratio": "f8 Sets Shares",
         "weight": "f8 Sets | w(A)",
-        "behaviour": "f8 Behaviours",
         "case_weight": "f8 Sets Cases",
         "others_now": "f8 Sets",
-        "alone_now": "f8 Sets Shares | φ of the track in hand where only the set watches",
+        "share_now": "f8 Sets MostShares | φ of the track in hand",
     }
     needs: ClassVar = ("innovations", "inside", "coverage")
 
@@ -212,12 +221,16 @@ class JointPosterior(BuiltIn):
                 f"joint_posterior: most = {self._given['most']}: {n_agents} agents have {sets} sets of at most so many "
                 f"adversaries; expected at most {MOST_SETS} sets"
             )
+        given = self._given
         return {
             "Sets": sets,
-            "Cases": len(tables.share),
-            "Levels": len(tables.levels),
+            "Cases": int(tables.first[-1]),
             "Behaviours": len(tables.prior),
-            "Shares": len(self._given["alone"]),
+            "Levels": len(given["withheld"]),
+            "Modes": len(self._modes),
+            "Shares": len(given["alone"]),
+            "MostShares": max(len(given["alone"]), len(given["together"])),
+            "SharedShares": len(given["together"]),
             "Scales": len(SCALES),
             "Regions": min(2**n_agents, CELLS),
         }
@@ -232,7 +245,12 @@ class JointPosterior(BuiltIn):
         tables = adversary_sets(n_agents, most)._asdict() | self._behaviours()._asdict()
         return tables | {
             **{name: given[name] for name in self.parameters if name in given and name not in tables},
+            "levels": given["withheld"],
+            "shares": (1, len(given["together"]), len(given["alone"])),
+            "modes": self._modes,
+            "together_share": given["together"],
             "alone_share": given["alone"],
+            "most_motion": math.exp(given["cap_motion"]),
             "scales": SCALES,
             "urn_prior": given["standing_weight"] * scales,
             "least": 10.0 ** (_LEAST_EXPONENT / n_agents),
@@ -240,12 +258,13 @@ class JointPosterior(BuiltIn):
             "ln_not_eps": math.log1p(-given["eps"]),
         }
 
+    @property
+    def _modes(self) -> list[int]:
+        return [PLAIN, *[STANDING] * self._given["kinematics"], *[EXACT] * self._given["exactness"]]
+
     def _behaviours(self) -> Behaviours:
-        given = self._given
-        modes = [PLAIN, *[STANDING] * given["kinematics"], *[EXACT] * given["exactness"]]
-        return behaviours(
-            given["natural"], given["together"], given["alone"], given["withheld"], modes, given["dormant"]
-        )
+        counts = [len(self._given[name]) for name in ("alone", "together", "withheld")]
+        return behaviours(*counts, len(self._modes), self._given["dormant"])
 
     @staticmethod
     @kernel
@@ -258,7 +277,7 @@ class JointPosterior(BuiltIn):
         for a in range(joint.members.shape[0]):
             joint.alone_count[a], joint.others_count[a] = np.nan, np.nan
             joint.gone_alone[a], joint.gone_others[a] = 0.0, 0.0
-            for y in range(joint.share.shape[0]):
+            for y in range(joint.first[3]):
                 joint.past[a, y] = 0.0
             for s in range(joint.scales.shape[0]):
                 joint.urn[a, s] = joint.urn_prior[s]
@@ -280,6 +299,7 @@ class JointPosterior(BuiltIn):
         listed = list_confirmed(world)
         for c in range(listed):
             note_watchers(world, c, world.scratch.listing[c])
+        count_tracks(world, listed)
         learn_dispersion(world, listed)
         count_alone(world, listed)
         _weigh_tracks(world, listed)
@@ -297,7 +317,7 @@ def _fade(world):
         joint.others_now[a] = 0.0
         joint.gone_alone[a] *= joint.memory
         joint.gone_others[a] *= joint.memory
-        for y in range(joint.share.shape[0]):
+        for y in range(joint.first[3]):
             joint.past[a, y] *= joint.memory
             joint.product[a, y], joint.log_product[a, y] = 1.0, 0.0
         for s in range(joint.scales.shape[0]):
@@ -337,7 +357,6 @@ def _weigh_tracks(world, listed):
         multiply_track(world, c, weigh_track(world, c, j))
         if c % together == together - 1:
             take_logarithms(world)
-    take_logarithms(world)
 
 
 @kernel

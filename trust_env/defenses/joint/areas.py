@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from trust_env.compiled.kernels import inlined, kernel
-from trust_env.defenses.joint.hypotheses import ALONE
+from trust_env.defenses.joint.hypotheses import ALONE, TOGETHER
 from trust_env.defenses.joint.patterns import class_of, has_several
 
 RATE = 0.1  # of the moving averages of counts
@@ -69,21 +69,32 @@ def _region_of(world, watchers):
 
 
 @kernel
+def count_tracks(world, listed):
+    """Tracks by region, and how many lie in regions that only a set covers; those that are gone count, too."""
+    joint = world.joint_posterior
+    for q in range(joint.regions):
+        joint.region_count[q] = joint.gone_region[q]
+        for c in range(listed):
+            joint.region_count[q] += joint.region[q] == joint.watchers[c]
+    for a in range(joint.members.shape[0]):
+        joint.alone_found[a] = 0.0
+        for q in range(joint.regions):
+            if joint.region[q] & ~joint.members[a] == 0:
+                joint.alone_found[a] += joint.region_count[q]
+
+
+@kernel
 def learn_dispersion(world, listed):
     """How much more the counts of tracks in regions with several watchers vary than a Poisson's: the means of
     (n - μ)², μ and μ², with μ the region's part of all tracks in such regions.
     """
     joint, tracks, area = world.joint_posterior, 0.0, 0.0
+    for c in range(listed):
+        tracks += has_several(joint.watchers[c])
     for q in range(joint.regions):
-        joint.region_count[q] = joint.gone_region[q]
         if has_several(joint.region[q]):
             area += joint.region_area[q]
             tracks += joint.gone_region[q]
-    for c in range(listed):
-        tracks += has_several(joint.watchers[c])
-        for q in range(joint.regions):
-            if joint.region[q] == joint.watchers[c]:
-                joint.region_count[q] += 1.0
     density, square, mean, mean_square = (tracks + 0.5) / (area + 0.05), 0.0, 0.0, 0.0
     for q in range(joint.regions):
         if has_several(joint.region[q]) and joint.region_area[q] > LEAST_AREA:
@@ -128,38 +139,46 @@ def count_gone(world, c, real):
 
 @kernel
 def spread_shares(world, c):
-    """`alone_now[A, X]`: the share φ of false tracks that only A watches, where the track in place c is.
+    """`share_now[A]`: the shares φ of false tracks by who of A watches the track in place c.
 
-    Real tracks spread by area, so that of n_A tracks that only A watches, on the area x_A, (1-φ) n_A a_q/x_A are
-    real ones in a region of area a_q; the others of the n_q tracks there are false.
+    Where only A watches, real tracks spread by area, so that of n_A such tracks, on the area x_A, (1-φ) n_A a_q/x_A
+    are real ones in a region of area a_q; the others of the n_q tracks there are false.
     """
     joint, region = world.joint_posterior, -1
     for q in range(joint.regions):
         if joint.region[q] == joint.watchers[c]:
             region = q
     for a in range(joint.members.shape[0]):
-        alone = class_of(joint.members[a], joint.watchers[c]) == ALONE
-        density = 0.0
-        if alone and region >= 0 and joint.region_count[region] > 0.0:
-            found = 0.0
-            for q in range(joint.regions):
-                if joint.region[q] & ~joint.members[a] == 0:
-                    found += joint.region_count[q]
-            area = (joint.region_area[region] + AREA_FLOOR) / (joint.alone_area[a] + AREA_FLOOR)
-            density = found * area / joint.region_count[region]
-        for x in range(joint.alone_share.shape[0]):
-            share = joint.alone_share[x]
-            if x > 0 and density > 0.0:
-                share = min(MOST_SHARE, max(joint.alone_share[0], 1.0 - (1.0 - share) * density))
-            joint.alone_now[a, x] = share
+        watched = class_of(joint.members[a], joint.watchers[c])
+        if watched == ALONE:
+            _spread_share(world, a, region)
+        elif watched == TOGETHER:
+            for x in range(joint.together_share.shape[0]):
+                joint.share_now[a, x] = joint.together_share[x]
+        else:
+            joint.share_now[a, 0] = joint.natural
+
+
+@kernel
+def _spread_share(world, a, region):
+    joint, now, real = world.joint_posterior, world.joint_posterior.share_now[a], 1.0
+    spread = region >= 0 and joint.region_count[region] > 0.0
+    if spread:
+        area = (joint.region_area[region] + AREA_FLOOR) / (joint.alone_area[a] + AREA_FLOOR)
+        real = joint.alone_found[a] * area / joint.region_count[region]
+    now[0] = joint.alone_share[0]
+    for x in range(1, joint.alone_share.shape[0]):
+        now[x] = joint.alone_share[x]
+        if spread:
+            now[x] = min(MOST_SHARE, max(now[0], 1.0 - (1.0 - now[x]) * real))
 
 
 @kernel
 def weigh_counts(world):
-    """`count_gain[A, X]`: by how much a share φ of false tracks explains the count n of tracks that only A watches.
+    """`count_ratio[A, X]`: how much better a share φ of false tracks explains the count n of those that only A watches.
 
-    ln NB((1-φ) n; μ, k) - ln NB(n; μ, k), clipped, for φ above the least, with μ = (M + 1)/(B + .1) (x + .02): M the
-    tracks that others watch, B the area that they cover, x the area that only A covers. 1/k is the learnt
+    NB((1-φ) n; μ, k)/NB(n; μ, k), its logarithm clipped, for φ above the least, with μ = (M + 1)/(B + .1) (x + .02):
+    M the tracks that others watch, B the area that they cover, x the area that only A covers. 1/k is the learnt
     dispersion plus 1/(M + 1), as M is uncertain itself.
     """
     joint, d = world.joint_posterior, world.joint_posterior.dispersion
@@ -168,13 +187,13 @@ def weigh_counts(world):
         others, n = joint.others_count[a] + joint.gone_others[a], joint.alone_count[a] + joint.gone_alone[a]
         mean = (others + 1.0) / (joint.others_area[a] + OTHERS_FLOOR) * (joint.alone_area[a] + AREA_FLOOR)
         k = 1.0 / (inverse + 1.0 / (others + 1.0))
-        joint.count_gain[a, 0] = 0.0
+        joint.count_ratio[a, 0] = 1.0
+        whole = log_negative_binomial(n, k, mean)
         for x in range(1, joint.alone_share.shape[0]):
-            joint.count_gain[a, x] = 0.0
+            joint.count_ratio[a, x] = 1.0
             if joint.counts != 0.0 and n > 0.0:
-                left = n * (1.0 - joint.alone_share[x])
-                gain = log_negative_binomial(left, k, mean) - log_negative_binomial(n, k, mean)
-                joint.count_gain[a, x] = min(joint.cap_count, max(-joint.cap_count, gain))
+                gain = log_negative_binomial(n * (1.0 - joint.alone_share[x]), k, mean) - whole
+                joint.count_ratio[a, x] = math.exp(min(joint.cap_count, max(-joint.cap_count, gain)))
 
 
 @inlined
