@@ -62,6 +62,7 @@ class Policy:
     knowledge: str = "own"  # the least knowledge level that it needs
     scripted: ClassVar[bool] = True  # False: it plays what was trained
     policy_parameters: ClassVar[tuple[str, ...]] = ()  # those that are policies; the registry builds them
+    reads: ClassVar[tuple[str, ...] | None] = None  # fields of observations that `choose` wants; None: all
     unsearched: ClassVar[tuple[str, ...]] = ()  # those that a search leaves as they are
 
     _context: PolicyContext | None = None
@@ -95,7 +96,8 @@ class Policy:
 
     def act(self, observations: np.ndarray) -> np.ndarray:
         """Actions float32[W, n, A] on observations[W, n, O] of the own agents; one call per frame."""
-        actions = self.choose(self.context.observation_table.read(observations, self.context.agents))
+        seen = self.context.observation_table.read(observations, self.context.agents, self.reads)
+        actions = self.choose(seen)
         self.frame += 1
         return actions
 
@@ -105,8 +107,10 @@ class Policy:
         raise NotImplementedError(f"{type(self).__name__} needs {missing}")
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
-        """Hook: what a search for the worst attack may try, by parameter; empty: nothing to search."""
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
+        """Hook: what a search for the worst attack may try, by parameter; empty: nothing to search. given: the
+        parameters that are not searched, as they are given.
+        """
         return {}
 
     def draw(self, purpose: int, count: int, rows: _Rows = _ALL, agents: np.ndarray | None = None) -> np.ndarray:

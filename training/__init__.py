@@ -10,6 +10,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from trust_env.training.curves.curve import curve as curve
     from trust_env.training.evaluation.conform import conform as conform
     from trust_env.training.evaluation.evaluate import evaluate as evaluate
     from trust_env.training.exploitation.exploit import exploit as exploit
@@ -24,6 +25,7 @@ if __name__ != "trust_env.training":  # in the repository this folder could be i
 _HOMES = {
     "benchmark": "speed.benchmark",
     "conform": "evaluation.conform",
+    "curve": "curves.curve",
     "evaluate": "evaluation.evaluate",
     "exploit": "exploitation.exploit",
     "reproduce": "paper.reproduce",
@@ -31,7 +33,7 @@ _HOMES = {
     "train": "learning.train",
 }
 
-__all__ = ["benchmark", "conform", "evaluate", "exploit", "reproduce", "search", "train"]
+__all__ = ["benchmark", "conform", "curve", "evaluate", "exploit", "reproduce", "search", "train"]
 
 
 def __getattr__(name: str) -> Any:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from trust_env.agents.attacks.motion import drawn_velocities
+from trust_env.agents.attacks.phantoms import Phantoms
 from trust_env.agents.attacks.placed_phantoms import PlacedPhantoms
 from trust_env.agents.base import PLACE, PolicyContext
 from trust_env.agents.parameters import whole_number
@@ -14,6 +17,9 @@ from trust_env.scenario import Scenario
 
 class RandomPhantoms(PlacedPhantoms):
     """Phantoms at random places, drawn anew where one has left the FOV."""
+
+    def zone(self, seen: dict[str, np.ndarray], points: np.ndarray, rows: np.ndarray | slice) -> np.ndarray:
+        return Phantoms.zone(self, seen, points, rows)  # all places cost the same
 
     def place(self, rows: np.ndarray, seen: dict[str, np.ndarray]) -> None:
         if self.is_shared:
@@ -65,8 +71,8 @@ class FalsePositive(RandomPhantoms):
         self.period = whole_number(self.name, "period", period, 1)
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
-        return {**super().search_ranges(scenario), "period": Range(1, 5, whole=True)}
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
+        return {**super().search_ranges(scenario, **given), "period": Range(1, 5, whole=True)}
 
     @property
     def is_shared(self) -> bool:
@@ -124,8 +130,8 @@ class Burst(RandomPhantoms):
         self.frames = whole_number(self.name, "frames", frames, 1)
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
-        return {"frames": Range(1, half_episode(scenario), whole=True), **super().search_ranges(scenario)}
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
+        return {"frames": Range(1, half_episode(scenario), whole=True), **super().search_ranges(scenario, **given)}
 
     def active(self) -> np.ndarray:
         return (self.frame >= self.start) & (self.frame < self.start + self.frames)

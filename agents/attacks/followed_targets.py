@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from trust_env.agents.attacks.detection_tracker import DetectionTracker
+from trust_env.agents.attacks.detection_tracker import DetectionTracker, used_length
 from trust_env.agents.attacks.motion import rotated
 from trust_env.agents.base import MOVE, Policy, PolicyContext
 from trust_env.agents.parameters import (
@@ -35,6 +37,7 @@ class FollowedTargets(Policy):
     in which its reports are shifted.
     """
 
+    reads = ("pose", "detections", "detections_mask")
     withholds: bool = False  # whether the detection itself is suppressed
 
     def __init__(self, n: int | None, start: int):
@@ -42,7 +45,7 @@ class FollowedTargets(Policy):
         self.start = whole_number(self.name, "start", start, 0)
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
         return {"n": phantom_range(scenario, scenario.injection.slots), "start": start_range(scenario)}
 
     def prepare(self, context: PolicyContext) -> None:
@@ -53,60 +56,67 @@ class FollowedTargets(Policy):
         self._most = np.minimum(self.injections, slots if self.n is None else self.n)  # [n]
         self._slots = int(self._most.max(initial=0))
         self.targets = DetectionTracker(context.scenario, context.agents, len(context.worlds))
-        shape = self.targets.alive.shape  # [W, n, T]
-        self.looks = np.zeros(shape, dtype=np.int64)  # detections of each target
+        shape = self.targets.chosen.shape  # [W, n, T]
+        self._first = np.arange(shape[0] * shape[1]).reshape(*shape[:2], 1) * shape[2]  # of each agent, flat
+        # Of the targets, in the order of their slots:
+        self.looks = np.zeros(shape, dtype=np.int64)  # detections of it
         self.since = np.zeros(shape, dtype=np.int64)  # frames since it was chosen
-        self.heading = np.zeros(shape)  # of the shift, fraction of a full turn
+        self.heading = np.zeros((*shape, 2))  # direction of its shift
         self.deviation = np.sqrt(self.targets.noise)  # [n, 1], m
 
     def choose(self, seen: dict[str, np.ndarray]) -> np.ndarray:
-        points, mask = seen["detections"], seen["detections_mask"]
-        slot, chosen = self._follow(points, mask)
-        shifted = self.shifted(points, slot)
-        inside = self.fovs.contains(seen["pose"], shifted)
-        self._release(slot, chosen & ~inside)
-        chosen = chosen & inside & (self.frame >= self.start)[:, None, None]
+        most = seen["detections_mask"].shape[2]
+        used = min(most, max(self._slots, used_length(seen["detections_mask"])))
+        points, mask = seen["detections"][:, :, :used], seen["detections_mask"][:, :, :used]
+        at, chosen = self._follow(points, mask)
         order = np.argsort(~chosen, axis=2, kind="stable")[..., : self._slots]
-        injected, fire = np.take_along_axis(shifted, order[..., None], axis=2), np.take_along_axis(chosen, order, 2)
-        injected = np.where(fire[..., None], injected, seen["pose"][:, :, None, :2])
-        return self.encode(seen["pose"], injected, fire, chosen if self.withholds else None)
+        at, fire = (np.take_along_axis(values, order, axis=2) for values in (at, chosen))
+        shifted = self.shifted(np.take_along_axis(points, order[..., None], axis=2), at)
+        inside = self.fovs.contains(seen["pose"], shifted)
+        self._release(at[fire & ~inside])
+        fire = fire & inside
+        injected = np.where(fire[..., None], shifted, seen["pose"][:, :, None, :2])
+        if not self.withholds:
+            return self.encode(seen["pose"], injected, fire)
+        suppress = np.zeros_like(seen["detections_mask"])
+        np.put_along_axis(suppress, order, fire, axis=2)
+        return self.encode(seen["pose"], injected, fire, suppress)
 
-    def shifted(self, points: np.ndarray, slot: np.ndarray) -> np.ndarray:
-        """Where detections points[W, n, D, 2] of the targets slot[W, n, D] are reported, [W, n, D, 2], m."""
+    def shifted(self, points: np.ndarray, at: np.ndarray) -> np.ndarray:
+        """Where detections points[W, n, D, 2] of the targets at[W, n, D] are reported, [W, n, D, 2], m."""
         raise NotImplementedError
 
     def _follow(self, points: np.ndarray, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The target of every detection, int[W, n, D], and whether it is chosen; new ones are, while there is room."""
+        """The target of every detection, int[W, n, D] among all targets, and whether it is chosen; new ones are,
+        while there is room.
+        """
         self.targets.clear(self.frame == 0)
-        self.predicted = self.targets.position + self.targets.dt * self.targets.velocity
         slot, new = self.targets.update(points, mask)
-        w, n, d = np.nonzero(mask)
-        at = (w, n, slot[w, n, d])
-        self.looks[at] = np.where(new[w, n, d], 1, self.looks[at] + 1)
-        self.since += 1
-        tracked = np.maximum(slot, 0)
-        chosen = mask & np.take_along_axis(self.targets.chosen & self.targets.alive, tracked, axis=2)
-        room = self._most - (self.targets.chosen & self.targets.alive).sum(axis=2)  # [W, n]
-        free = mask & ~chosen & (np.take_along_axis(self.looks, tracked, axis=2) >= SETTLED)
-        free &= (self.frame >= self.start)[:, None, None]
-        taken = free & (np.cumsum(free, axis=2) <= room[..., None])
-        if taken.any():
-            w, n, d = np.nonzero(taken)
-            at = (w, n, slot[w, n, d])
-            self.targets.chosen[at], self.since[at] = True, 0
-            self.heading[at] = self.draw(MOVE, self.heading.shape[2])[at]
-        return slot, chosen | taken
+        at, self.since = self._first + np.maximum(slot, 0), self.since + 1
+        looks = np.where(new, 1, self.looks.reshape(-1)[at] + 1)
+        self.looks.reshape(-1)[at[mask]] = looks[mask]
+        chosen = mask & self.targets.chosen.reshape(-1)[at]
+        free = mask & ~chosen & (looks >= SETTLED) & (self.frame >= self.start)[:, None, None]
+        if free.any():
+            room = self._most - (self.targets.chosen & self.targets.alive).sum(axis=2)  # [W, n]
+            taken = free & (np.cumsum(free, axis=2) <= room[..., None])
+            self._take(at[taken])
+            chosen |= taken
+        return at, chosen
 
-    def _release(self, slot: np.ndarray, released: np.ndarray) -> None:
-        """Give up targets whose shifted reports would leave the FOV; they have to settle again."""
-        w, n, d = np.nonzero(released)
-        self.targets.chosen[w, n, slot[w, n, d]] = False
-        self.looks[w, n, slot[w, n, d]] = 0
+    def _take(self, at: np.ndarray) -> None:
+        """Choose targets, each with a direction of its own."""
+        if at.size:
+            _, agents, slots = self.since.shape
+            rows, world = np.unique(at // (agents * slots), return_inverse=True)
+            turns = self.draw(MOVE, slots, rows)[world, at // slots % agents, at % slots]
+            self.targets.chosen.reshape(-1)[at], self.since.reshape(-1)[at] = True, 0
+            self.heading.reshape(-1, 2)[at] = rotated(np.array([[1.0, 0.0]]), turns)
 
-    def _shift(self, slot: np.ndarray, distance: np.ndarray) -> np.ndarray:
-        """distance[W, n, D] (m) in the directions of the targets, [W, n, D, 2]."""
-        turns = np.take_along_axis(self.heading, np.maximum(slot, 0), axis=2)
-        return rotated(np.stack([distance, np.zeros_like(distance)], axis=-1), turns)
+    def _release(self, at: np.ndarray) -> None:
+        """Give up targets; they have to settle again."""
+        self.targets.chosen.reshape(-1)[at] = False
+        self.looks.reshape(-1)[at] = 0
 
 
 class Drag(FollowedTargets):
@@ -130,17 +140,17 @@ class Drag(FollowedTargets):
         self.profile = one_of(self.name, "profile", profile, PROFILES)
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
         usual = 0.2 * noise_deviation(scenario) / scenario.dt
         own = {"rate": Range(0.0, 5.0 * usual, none=usual), "profile": PROFILES}
-        return {**own, **super().search_ranges(scenario)}
+        return {**own, **super().search_ranges(scenario, **given)}
 
-    def shifted(self, points: np.ndarray, slot: np.ndarray) -> np.ndarray:
-        since = np.take_along_axis(self.since, np.maximum(slot, 0), axis=2)
+    def shifted(self, points: np.ndarray, at: np.ndarray) -> np.ndarray:
+        since = self.since.reshape(-1)[at]
         frames = since if self.profile == "linear" else 0.5 * since * since
         dt = self.dt if self.profile == "linear" else self.dt**2
         each = 0.2 * self.deviation if self.rate is None else self.rate * dt  # m, of a frame
-        return points + self._shift(slot, frames * each)
+        return points + (frames * each)[..., None] * self.heading.reshape(-1, 2)[at]
 
 
 class Steal(FollowedTargets):
@@ -161,10 +171,9 @@ class Steal(FollowedTargets):
         self.offset = non_negative(self.name, "offset", offset, "standard deviations")
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
-        return {"offset": Range(0.0, 6.0), **super().search_ranges(scenario)}
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
+        return {"offset": Range(0.0, 6.0), **super().search_ranges(scenario, **given)}
 
-    def shifted(self, points: np.ndarray, slot: np.ndarray) -> np.ndarray:
-        at = np.maximum(slot, 0)[..., None]
-        predicted = np.take_along_axis(self.predicted, at, axis=2)
-        return predicted + self._shift(slot, np.broadcast_to(self.offset * self.deviation, slot.shape))
+    def shifted(self, points: np.ndarray, at: np.ndarray) -> np.ndarray:
+        offset = self.offset * self.deviation[..., None]  # [n, 1, 1], m
+        return self.targets.predicted.reshape(-1, 2)[at] + offset * self.heading.reshape(-1, 2)[at]

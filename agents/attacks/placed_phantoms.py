@@ -113,15 +113,16 @@ class PlacedPhantoms(Phantoms):
 
     def _without(self, rank: np.ndarray, points: np.ndarray, taken: np.ndarray, allowed: np.ndarray) -> np.ndarray:
         """The rank of the candidates when a phantom stands at taken[w, 2], where that is allowed[w]."""
-        distance2 = ((points - taken[:, None, None]) ** 2).sum(axis=-1)
+        dx, dy = points[..., 0] - taken[:, None, None, 0], points[..., 1] - taken[:, None, None, 1]
+        distance2 = np.where(allowed[:, None, None], dx * dx + dy * dy, np.inf)
         near = (distance2 < self.least_distance**2) & (rank > TOO_NEAR)
-        rank = np.where(near & allowed[:, None, None], rank + TOO_NEAR, rank)
-        return np.where((distance2 == 0.0) & allowed[:, None, None], FORBIDDEN, rank)
+        return np.where(distance2 == 0.0, FORBIDDEN, np.where(near, rank + TOO_NEAR, rank))
 
     # --- every frame ---
 
-    def zone(self, seen: dict[str, np.ndarray], points: np.ndarray) -> np.ndarray:
-        return super().zone(seen, points) & (self.cost(seen, points) <= self._limit)
+    def zone(self, seen: dict[str, np.ndarray], points: np.ndarray, rows: np.ndarray | slice) -> np.ndarray:
+        there = {name: values[rows] for name, values in seen.items()}
+        return super().zone(seen, points, rows) & (self.cost(there, points) <= self._limit[rows])
 
     def replace(self, seen: dict[str, np.ndarray], left: np.ndarray, before: np.ndarray) -> None:
         """The first candidates in the zones of those that have left; without one they stay where they were."""
@@ -147,6 +148,7 @@ class HonestWitnesses(PlacedPhantoms):
     """Phantoms whose places depend on which agents outside the coalition, who count as honest, see them."""
 
     knowledge = "poses"
+    reads = ("pose", "detections_mask", "poses")
 
     def prepare(self, context: PolicyContext) -> None:
         super().prepare(context)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from trust_env.agents.attacks.detection_tracker import DetectionTracker
+from trust_env.agents.attacks.detection_tracker import DetectionTracker, used_length
 from trust_env.agents.base import Policy, PolicyContext
 from trust_env.agents.parameters import invalid, whole_number, whole_number_or_none
 from trust_env.agents.search_ranges import Range, SearchRanges, half_episode, phantom_range, start_range
@@ -22,6 +24,7 @@ class Replay(Policy):
     """
 
     name = "replay"
+    reads = ("pose", "detections", "detections_mask")
 
     def __init__(self, lag: int = 10, n: int | None = None, start: int = 0):
         self.lag = whole_number(self.name, "lag", lag, 1)
@@ -29,7 +32,7 @@ class Replay(Policy):
         self.start = whole_number(self.name, "start", start, 0)
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
         return {
             "lag": Range(1, half_episode(scenario), whole=True),
             "n": phantom_range(scenario, scenario.injection.slots),
@@ -49,7 +52,8 @@ class Replay(Policy):
         self._now = 0
 
     def choose(self, seen: dict[str, np.ndarray]) -> np.ndarray:
-        points, mask, count = seen["detections"], seen["detections_mask"], self.seen.shape[3]
+        used, count = used_length(seen["detections_mask"]), self.seen.shape[3]
+        points, mask = seen["detections"][:, :, :used], seen["detections_mask"][:, :, :used]
         began = self.frame == 0
         self.targets.clear(began)
         self.there[:, began] = False
@@ -58,8 +62,9 @@ class Replay(Policy):
         fire = self.there[entry] & (self.frame >= self.start)[:, None, None]
         repeated = np.where(fire[..., None], self.seen[entry], seen["pose"][:, :, None, :2])
         # Slots of targets are filled from the first on, so that the lowest have been followed longest.
-        order = np.argsort(np.where(mask, slot, slot.size), axis=2, kind="stable")[..., :count]
-        kept = order.shape[2]  # fewer than slots where a frame has room for fewer detections
+        order = np.argsort(np.where(mask, slot, self.targets.chosen.shape[2]), axis=2, kind="stable")[..., :count]
+        kept = order.shape[2]  # fewer than slots where nobody sees as many
+        self.there[entry, :, :, kept:] = False
         self.seen[entry, :, :, :kept] = np.take_along_axis(points, order[..., None], axis=2)
         self.there[entry, :, :, :kept] = np.take_along_axis(mask, order, axis=2)
         self._now += 1

@@ -31,7 +31,13 @@ def auroc(attack: str, defense: str) -> float:
 
 def test_quorum_pays_for_its_promise_with_the_tracks_that_one_agent_sees():
     assert damage("honest", "quorum") > 2 * damage("honest", "trust")
-    assert damage("fov_aware", "quorum") < 0.85 * damage("fov_aware", "trust")
+    assert damage("exclusive", "quorum") < 0.4 * damage("exclusive", "trust")
+
+
+def test_quorum_needs_one_more_agent_than_collude():
+    """Two adversaries that report the same phantoms are a quorum of two, and none of three."""
+    assert damage("stealth", "quorum") > 0.65 * damage("stealth", "trust")
+    assert damage("stealth", "quorum(l=2)") < 0.55 * damage("stealth", "trust")
 
 
 def test_quorum_shows_no_false_track_of_one_liar_that_no_honest_detection_supports():
@@ -46,7 +52,7 @@ def test_quorum_shows_no_false_track_of_one_liar_that_no_honest_detection_suppor
 
 
 @pytest.mark.parametrize(
-    ("defense", "least"), [("binary_beta", 0.82), ("rfsn_beta", 0.86), ("particle", 0.86), ("parsimony", 0.9)]
+    ("defense", "least"), [("binary_beta", 0.75), ("rfsn_beta", 0.78), ("particle", 0.78), ("parsimony", 0.85)]
 )
 def test_agents_that_report_what_others_do_not_see_are_found(defense, least):
     assert auroc("false_positive", defense) > least
@@ -70,7 +76,7 @@ def test_score_asymmetry_gives_one_suppressor_a_veto():
 
 
 def test_dawid_skene_takes_a_local_majority_for_the_truth():
-    assert auroc("false_positive", "dawid_skene") > 0.85
+    assert auroc("false_positive", "dawid_skene") > 0.75
     assert damage("fov_aware", "dawid_skene") > 0.95 * damage("fov_aware", "score")
     assert auroc("fov_aware", "dawid_skene") < 0.65
 

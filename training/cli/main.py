@@ -13,6 +13,7 @@ from trust_env.errors import unknown_name
 from trust_env.training.cli import attacks, defenses, metrics, scenarios
 from trust_env.training.cli.benchmark import benchmark
 from trust_env.training.cli.conform import conform
+from trust_env.training.cli.curve import curve
 from trust_env.training.cli.evaluate import evaluate
 from trust_env.training.cli.exploit import exploit
 from trust_env.training.cli.options import INTERRUPTED, OK, WRONG_INPUT, Command, Group
@@ -24,6 +25,7 @@ DEBUG = "TRUST_ENV_DEBUG"  # set it to see where an error comes from
 
 COMMANDS: dict[str, Command | Group] = {
     "evaluate": evaluate,
+    "curve": curve,
     "reproduce": reproduce,
     "conform": conform,
     "benchmark": benchmark,

@@ -135,4 +135,5 @@ def _place_entry(place: Bounds | None) -> Text:
 def _number(value: float, low: float = math.nan, high: float = math.nan) -> Text:
     """A number with its interval below, if it has one."""
     text = Text("–" if math.isnan(value) else format_number(value))
-    return text if math.isnan(low) else text.append(f"\n{format_number(low)}–{format_number(high)}", style="dim")
+    dash = "–" if low >= 0.0 else " to "
+    return text if math.isnan(low) else text.append(f"\n{format_number(low)}{dash}{format_number(high)}", style="dim")

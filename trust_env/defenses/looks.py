@@ -1,8 +1,8 @@
 """What defenses count: looks of agents at tracks, and how a track is judged by votes that differ in weight.
 
 F is `expected`, H is `hit`: a detection was assigned to the track. A look is F or H, so that a hit outside the FOV
-counts; a look without a hit is a miss. Kernels here take a defense's group as `memory`, with the fields of LOOKS or
-of VOTES in it.
+counts; a look without a hit is a miss, also of an agent whose reports the centre ignores. Kernels here take a
+defense's group as `memory`, with the fields of LOOKS or of VOTES in it.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import numpy as np
 
 from trust_env.compiled.kernels import inlined, kernel
 from trust_env.defenses.base import ACCEPT
+from trust_env.defenses.beta_belief import mean_of, variance_of
 from trust_env.world.tracking.track_store import list_confirmed
 
 LOOKS = {
@@ -125,7 +126,6 @@ def believe(world, j, trust):
 @inlined
 def believe_agent(world, k, alpha, beta):
     """The verdict on an agent: mean and variance of Beta(α, β); returns the mean."""
-    total = alpha + beta
-    mean = alpha / total
-    world.verdict.agent_trust[k], world.verdict.agent_trust_var[k] = mean, mean * (1.0 - mean) / (total + 1.0)
-    return mean
+    belief = (alpha, beta)
+    world.verdict.agent_trust[k], world.verdict.agent_trust_var[k] = mean_of(belief), variance_of(belief)
+    return world.verdict.agent_trust[k]

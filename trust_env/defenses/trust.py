@@ -12,8 +12,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from trust_env.compiled.kernels import inlined, kernel
+from trust_env.compiled.kernels import kernel
 from trust_env.defenses.base import ACCEPT, BuiltIn
+from trust_env.defenses.beta_belief import beta_of, mean_of, update_belief, variance_of
 from trust_env.defenses.trust_switches import (
     ALL_PSMS,
     ALL_TRACKS,
@@ -83,9 +84,9 @@ class Trust(BuiltIn):
 
     def values(self, n_agents: int) -> dict[str, Any]:
         numbers = {name: as_number(name, self.switches[name]) for name in NUMBERS}
-        priors = {"track_prior": _beta(self.switches["track_prior"]), "agent_prior": self._priors(n_agents)}
+        priors = {"track_prior": beta_of(self.switches["track_prior"]), "agent_prior": self._priors(n_agents)}
         own = self.switches["track_priors"]
-        listed = np.array([_beta(prior) for prior in own.values()]).reshape(-1, 2)
+        listed = np.array([beta_of(prior) for prior in own.values()]).reshape(-1, 2)
         return numbers | priors | {"listed_id": np.array(list(own), dtype=np.int64), "listed_prior": listed}
 
     def lengths(self, n_agents: int) -> dict[str, int]:
@@ -102,7 +103,7 @@ class Trust(BuiltIn):
                 agents = f"the agents are 0 to {n_agents - 1}"
                 raise ValueError(f"trust: a prior is given for agent {k}, but {agents}")
             priors[k] = tuple(prior)
-        return np.array([_beta(prior) for prior in priors.values()])
+        return np.array([beta_of(prior) for prior in priors.values()])
 
     @staticmethod
     @kernel
@@ -130,38 +131,6 @@ class Trust(BuiltIn):
             _judge_agents(world, listed)
             _judge_tracks(world, listed)
         _conclude(world, listed)
-
-
-def _beta(prior: tuple[float, float]) -> tuple[float, float]:
-    """(α, β) of a prior (mean, precision)."""
-    mean, precision = prior
-    return mean * precision, (1 - mean) * precision
-
-
-@inlined
-def _mean(belief):
-    """E[τ] = α / (α + β)."""
-    return belief[0] / (belief[0] + belief[1])
-
-
-@inlined
-def _variance(belief):
-    """Var[τ] = αβ / ((α + β)² (α + β + 1))."""
-    total = belief[0] + belief[1]
-    return belief[0] * belief[1] / (total * total * (total + 1.0))
-
-
-@inlined
-def _update(belief, value, confidence, bias, threshold):
-    """α += c v, β += c (1 - v); with a negativity bias, α += n/(n+1) c v and β += n²/(n+1) c (1 - v), n =
-    bias below the threshold, else 1.
-    """
-    up, down = 1.0, 1.0
-    if bias > 0.0:
-        n = bias if value < threshold else 1.0
-        up, down = n / (n + 1.0), n * n / (n + 1.0)
-    belief[0] += up * confidence * value
-    belief[1] += down * confidence * (1.0 - value)
 
 
 @kernel
@@ -259,8 +228,8 @@ def _judge_tracks(world, listed):
                 if evidence.expected[k, j]:
                     seen = evidence.detected[k, j]
                     weight = hit_weight if seen else miss_weight * _miss_weight(world, k, j)
-                    confidence = _mean(trust.agent_belief[k]) * weight
-                    _update(trust.track_belief[j], 1.0 if seen else 0.0, confidence, bias, threshold)
+                    confidence = mean_of(trust.agent_belief[k]) * weight
+                    update_belief(trust.track_belief[j], 1.0 if seen else 0.0, confidence, bias, threshold)
 
 
 @kernel
@@ -279,11 +248,11 @@ def _judge_agents(world, listed):
                 continue
             value, confidence = _agent_psm(world, k, j)
             if trust.agent_psms == ALL_PSMS:
-                _update(belief, value, confidence, bias, threshold)
+                update_belief(belief, value, confidence, bias, threshold)
             elif value < least_value or (value == least_value and _comes_first(world, k, j, least)):
                 least, least_value, least_confidence = j, value, confidence
         if least >= 0:
-            _update(belief, least_value, least_confidence, bias, threshold)
+            update_belief(belief, least_value, least_confidence, bias, threshold)
 
 
 @kernel
@@ -299,7 +268,7 @@ def _is_judged_on(world, k, j):
 def _agent_psm(world, k, j):
     """Value and confidence of what track j says about agent k."""
     belief, held = world.trust.track_belief[j], world.evidence.held[k, j]
-    mean, variance = _mean(belief), _variance(belief)
+    mean, variance = mean_of(belief), variance_of(belief)
     value, weight = mean if held else 1.0 - mean, 1.0 if held else _miss_weight(world, k, j)
     if world.trust.agent_confidence == BY_VARIANCE:
         return value, (1.0 - variance) * weight
@@ -322,9 +291,9 @@ def _conclude(world, listed):
     for c in range(listed):
         j = world.scratch.listing[c]
         belief = trust.track_belief[j]
-        verdict.track_trust[j], verdict.track_trust_var[j] = _mean(belief), _variance(belief)
+        verdict.track_trust[j], verdict.track_trust_var[j] = mean_of(belief), variance_of(belief)
         verdict.publish[j] = verdict.track_trust[j] >= ACCEPT
         trust.track_id[j] = world.tracks.id[j]  # known from now on
     for k in range(trust.agent_belief.shape[0]):
         belief = trust.agent_belief[k]
-        verdict.agent_trust[k], verdict.agent_trust_var[k] = _mean(belief), _variance(belief)
+        verdict.agent_trust[k], verdict.agent_trust_var[k] = mean_of(belief), variance_of(belief)

@@ -60,19 +60,18 @@ _ENTRIES = (
     Metric("ospa", "m", "higher", "OSPA of the picture, mean over the frames"),
     Metric(
         "siap_completeness", "1", "lower",
-        "share of the targets, those that some FOV holds or a track is near to, with a track of the picture within the "
-        "match distance, over all frames",
+        "share of the targets in some FOV, or tracked, with which a track of the picture is associated; "
+        "a track is associated with the nearest target within metrics.match_distance",
         "there is no such target",
     ),
     Metric(
         "siap_ambiguity", "1", "higher",
-        "tracks of the picture for each target that has any, over all frames; each track is associated with the "
-        "nearest target within the match distance; 1 is best",
+        "associated tracks of the picture for each target that has any, over all frames; 1 is best",
         _NO_ASSOCIATION,
     ),
     Metric(
         "siap_spuriousness", "1", "higher",
-        "share of the tracks of the picture without a target within the match distance, over all frames",
+        "share of the tracks of the picture that are associated with no target, over all frames",
         "the picture is always empty",
     ),
     Metric(

@@ -112,7 +112,7 @@ def _draw_number(canvas: Canvas, right: float, middle: float, agent: Agent, size
 def _draw_bar(canvas: Canvas, bar: _Column, middle: float, height: float, agent: Agent, accuse_below: float) -> None:
     """Trust from 0 to 1, its standard deviation as a whisker; all grey where the defense has no opinion.
 
-    The tick is the trust below which an agent counts as accused.
+    The tick is the trust below which an agent is accused after some frames.
     """
     start, length = bar.left, bar.right - bar.left
     if math.isnan(agent.trust):

@@ -8,7 +8,7 @@ All entries are float32 in [-1, 1]. Positions are scaled either to the agent's o
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -118,39 +118,48 @@ class ObservationTable(Mapping[str, Field]):
         out[: len(NAMES)] = [self._fields[name].slice.start if name in self._fields else -1 for name in NAMES]
         return out
 
-    def read(self, observation: np.ndarray, agents: np.ndarray | list[int] | int) -> dict[str, np.ndarray]:
+    def read(
+        self,
+        observation: np.ndarray,
+        agents: np.ndarray | list[int] | int,
+        names: Collection[str] | None = None,
+    ) -> dict[str, np.ndarray]:
         """The fields of `observation[..., O]` in metres and m/s (float64), masks as booleans.
 
         `agents`: the agents' indices, to be broadcast against the leading axes of `observation` (their FOVs
-        scale what is relative).
+        scale what is relative). names: of the fields that are wanted, as far as there are any; None: all.
         """
-        raw = {
-            f.name: observation[..., f.slice].reshape((*observation.shape[:-1], *f.shape)).astype(np.float64)
-            for f in self.values()
-        }
+        place = self._places(self._entries(observation, "pose"))
+        wanted = self if names is None else [name for name in self if name in names]
+        return {name: self._in_units(name, self._entries(observation, name), place, agents) for name in wanted}
+
+    def _entries(self, observation: np.ndarray, name: str) -> np.ndarray:
+        """A field as it stands in observations."""
+        field = self._fields[name]
+        return observation[..., field.slice].reshape((*observation.shape[:-1], *field.shape))
+
+    def _places(self, entries: np.ndarray) -> np.ndarray:
+        """m, [..., 2]"""
+        return entries[..., :2].astype(np.float64) * self.scales.half + self.scales.centre
+
+    def _in_units(
+        self, name: str, entries: np.ndarray, place: np.ndarray, agents: np.ndarray | list[int] | int
+    ) -> np.ndarray:
+        """A field as `read` gives it; the observing agents stand at place[..., 2] (m)."""
         scales = self.scales
-        reach = scales.reach[np.asarray(agents)][..., None, None]
-        out = {name: values > 0.5 if name.endswith("mask") else values for name, values in raw.items()}
-        place = raw["pose"][..., :2] * scales.half + scales.centre
-        out["role"], out["time"] = (
-            raw["role"].reshape(observation.shape[:-1]),
-            raw["time"].reshape(observation.shape[:-1]),
-        )
-        out["pose"] = np.concatenate([place, raw["pose"][..., 2:]], axis=-1)
-        for name in ("detections", "report"):
-            out[name] = raw[name] * reach + place[..., None, :]
-        for name in ("poses", "picture", "tracks"):
-            if name in raw:
-                rest = raw[name][..., 2:] * (1.0 if name == "poses" else scales.speed)
-                out[name] = np.concatenate([raw[name][..., :2] * scales.half + scales.centre, rest], axis=-1)
-        for name in ("shared_detections", "shared_reports"):
-            if name in raw:
-                out[name] = raw[name] * scales.half + scales.centre
-        if "fovs" in raw:
-            out["fovs"] = raw["fovs"] * np.array([scales.half, math.pi, math.pi])
-        if "tracks_score" in raw:
-            out["tracks_score"] = raw["tracks_score"] * SCORE_SCALE
-        return out
+        if name.endswith("mask"):
+            return entries > 0.5
+        if name in ("detections", "report"):
+            reach = scales.reach[np.asarray(agents)][..., None, None]
+            return entries.astype(np.float64) * reach + place[..., None, :]
+        if name in ("shared_detections", "shared_reports"):
+            return self._places(entries)
+        values = entries.astype(np.float64)
+        if name in ("pose", "poses", "picture", "tracks"):
+            rest = values[..., 2:] * (scales.speed if name in ("picture", "tracks") else 1.0)
+            return np.concatenate([self._places(entries), rest], axis=-1)
+        unit = {"fovs": np.array([scales.half, math.pi, math.pi]), "tracks_score": SCORE_SCALE}
+        return values * unit[name] if name in unit else values
 
     def markdown(self) -> str:
         """The table as documentation."""

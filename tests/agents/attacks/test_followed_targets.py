@@ -51,7 +51,7 @@ class TestDrag:
         seen, _ = env.reset(1)
         for _ in range(45):
             actions = player.actions(seen)
-            policy.heading[...] = 0.25
+            policy.heading[...] = 0.0, 1.0
             seen, *_ = env.step(actions)
             tracks = env.arrays.track_mean[:, 0, :2]
             error.append(np.linalg.norm(tracks - [20.0, 0.0], axis=-1).mean())

@@ -11,7 +11,8 @@ from attack_runs import injected, play, quiet
 
 from trust_env.agents import POLICIES, build_policy
 from trust_env.agents.attacks.motion import step
-from trust_env.agents.attacks.phantoms import SHARED_PARAMETERS, Phantoms
+from trust_env.agents.attacks.phantom_parameters import SHARED_PARAMETERS
+from trust_env.agents.attacks.phantoms import Phantoms
 from trust_env.scenario import load_scenario
 from trust_env.training import evaluate
 
@@ -54,10 +55,12 @@ class TestMotion:
     def test_a_pacing_phantom_keeps_its_speed_and_stays_in_its_zone(self) -> None:
         """On a line of 10 m at 3 m/s: at 1, 4, 7, 10, and back."""
         position, velocity, path = np.array([[1.0, 0.0]]), np.array([[3.0, 0.0]]), [1.0]
+
+        def on_the_line(points: np.ndarray, rows: object) -> np.ndarray:
+            return (points[:, 0] >= 0.0) & (points[:, 0] <= 10.0)
+
         for _ in range(6):
-            position, velocity, left = step(
-                "pace", position, velocity, np.array([0.5]), 1.0, lambda p: (p[:, 0] >= 0) & (p[:, 0] <= 10)
-            )
+            position, velocity, left = step("pace", position, velocity, lambda _: np.array([0.5]), 1.0, on_the_line)
             path.append(float(position[0, 0]))
             assert not left.any()
         np.testing.assert_allclose(path, [1, 4, 7, 10, 7, 4, 1], atol=1e-12)

@@ -1,0 +1,1 @@
+"""Security curves: how damage grows with a condition of the scenario."""
