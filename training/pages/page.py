@@ -12,9 +12,9 @@ _FOLDER = Path(__file__).parents[1]  # of templates, styles and scripts, which l
 
 
 def render(template: str, **values: Any) -> str:
-    """The text of a template, as "replay/page.html.j2"; whatever it shows is escaped.
+    """The text of a template, as "replays/page.html.j2"; whatever it shows is escaped.
 
-    A template can ask for `file("replay/map.js")`, another file as it is, and for `data(value)`, plain values as JSON.
+    A template can ask for `file("replays/map.js")`, another file as it is, and for `data(value)`, plain values as JSON.
     """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
     from markupsafe import Markup

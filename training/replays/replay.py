@@ -20,9 +20,9 @@ from trust_env.metrics import METRICS
 from trust_env.scenario import load_scenario
 from trust_env.training.evaluation.configuration import named_specs
 from trust_env.training.pages.page import render, save_page
-from trust_env.training.replay.episode import Episode, Run
-from trust_env.training.replay.gif import save_gif
-from trust_env.training.replay.recording import Recording, record
+from trust_env.training.replays.episode import Episode, Run
+from trust_env.training.replays.gif import save_gif
+from trust_env.training.replays.recording import Recording, record
 
 FORMATS = (".html", ".gif")
 
@@ -69,7 +69,7 @@ def replay_page(recordings: Sequence[Recording]) -> str:
     """A page that plays recordings of one episode side by side."""
     definitions = {name: metric.definition for name, metric in METRICS.items()}
     found = [recording.to_dict() for recording in recordings]
-    return render("replay/replay.html.j2", recordings=found, definitions=definitions)
+    return render("replays/replay.html.j2", recordings=found, definitions=definitions)
 
 
 def _checked_file(file: Path) -> Path:
@@ -106,7 +106,7 @@ def _described(
     setting = load_scenario(setting, knowledge=sufficient_knowledge(setting, policy.construct()))
     horizon = described["max_cycles"]
     frames = setting.horizon if horizon is None else positive_int("max_cycles", horizon)
-    return [
-        Episode(setting, policy.name, judge.name, policy.construct(), judge.construct(), checked_seed(seed), world, frames, {})
-        for judge in judges
-    ]
+    first = Episode(
+        setting, policy.name, "", policy.construct(), None, checked_seed(seed), world, frames, metrics={}
+    )  # fmt: skip
+    return [changed(first, defense=judge.name, judge=judge.construct()) for judge in judges]

@@ -11,8 +11,8 @@ import numpy as np
 from trust_env.defenses import build_defense
 from trust_env.files import write_atomically
 from trust_env.parallel import TrustEnv
-from trust_env.training.replay.episode import Episode
-from trust_env.training.replay.recording import frames_of
+from trust_env.training.replays.episode import Episode
+from trust_env.training.replays.recording import frames_of
 
 
 def save_gif(file: Path, episodes: Sequence[Episode]) -> None:
@@ -39,6 +39,6 @@ def _images(episode: Episode) -> list[np.ndarray]:
     """uint8[H, W, 3] of every frame."""
     env = TrustEnv(episode.scenario, build_defense(episode.judge), "rgb_array", episode.frames)
     try:
-        return [env.render() for _ in frames_of(env, episode)]
+        return [np.asarray(env.render()) for _ in frames_of(env, episode)]
     finally:
         env.close()

@@ -18,8 +18,8 @@ class Camera {
 }
 
 // view: colours, layers {fovs, detections, labels}, chosen {agent} or {track} or null.
-function drawMap(context, size, recording, t, view) {
-  const camera = new Camera(recording.extent, size), { colours, layers } = view;
+function drawMap(context, size, extent, recording, t, view) {
+  const camera = new Camera(extent, size), { colours, layers } = view;
   context.fillStyle = colours.map;
   context.fillRect(0, 0, size, size);
   drawGrid(context, size, camera, colours);
@@ -67,17 +67,19 @@ function drawFov(context, camera, agent, { colours }, isChosen) {
   context.globalAlpha = 1;
 }
 
-// Where the targets were in the last frames.
+// Where the targets were in the last frames. A slot that a new target has taken begins a new trail.
 function drawTrails(context, camera, recording, t, colours) {
-  const paths = new Map();
+  const last = new Map(), [xMin, xMax] = recording.extent;
+  context.beginPath();
   for (let s = Math.max(0, t - 15); s <= t; s++) {
     for (const row of recording.rows("target", s)) {
-      const path = paths.get(recording.target[row]) ?? [];
-      path.push(camera.pixelsOf(recording.target_at, row));
-      paths.set(recording.target[row], path);
+      const at = camera.pixelsOf(recording.target_at, row), before = last.get(recording.target[row]);
+      const goesOn = before?.s === s - 1 && Math.hypot(at[0] - before.at[0], at[1] - before.at[1]) < 0.1 * (xMax - xMin) * camera.scale;
+      if (goesOn) context.moveTo(...before.at), context.lineTo(...at);
+      last.set(recording.target[row], { s, at });
     }
   }
-  for (const path of paths.values()) polygon(context, path, { stroke: colours["in-picture"], width: 1.5, closed: false });
+  paint(context, null, colours["in-picture"], 1.5);
 }
 
 function drawDetections(context, camera, recording, t, { colours, chosen, detectionColours }) {
@@ -177,8 +179,7 @@ function agentSymbol(context, [x, y], adversary, colours) {
 }
 
 // What is nearest to a point of the map, {agent} or {track}; null where nothing is near.
-function findAt(recording, t, size, x, y) {
-  const camera = new Camera(recording.extent, size);
+function findAt(recording, t, camera, x, y) {
   const found = recording.agents.map((agent, k) => [camera.pixels(...agent.at), { agent: k }]);
   for (const row of recording.rows("track", t)) {
     found.push([camera.pixelsOf(recording.track_at, row), { track: recording.track[row] }]);

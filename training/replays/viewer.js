@@ -9,6 +9,7 @@ class Viewer {
     this.frame = 0;
     this.playing = false;
     this.chosen = null; // {agent}, or {track, stage}
+    this.extent = null; // what part of the world the maps show
     this.part = (name) => root.querySelector(`[data-part="${name}"]`);
     this.bindControls();
     this.bindKeys();
@@ -25,6 +26,7 @@ class Viewer {
     this.part("frame").max = recordings[0].frames;
     this.detectionColours = null;
     this.chosen = null;
+    this.extent = recordings[0].extent;
     this.frame = 0;
     this.redraw();
   }
@@ -35,6 +37,10 @@ class Viewer {
     part("title").textContent = recording.defense;
     const stage = { figure, part, recording, map: part("map"), history: part("history") };
     stage.map.addEventListener("click", (event) => this.chooseAt(index, event));
+    stage.map.addEventListener("pointermove", (event) => this.drag(stage, event));
+    for (const [name, factor] of [["in", 0.5], ["out", 2], ["all", Infinity]]) {
+      part(name).addEventListener("click", () => this.zoom(factor));
+    }
     stage.history.addEventListener("pointerdown", (event) => this.goToPointer(stage, event));
     stage.history.addEventListener("pointermove", (event) => event.buttons && this.goToPointer(stage, event));
     return stage;
@@ -54,7 +60,7 @@ class Viewer {
       " ": () => this.toggle(), k: () => this.toggle(), ArrowLeft: () => this.step(-1), ArrowRight: () => this.step(1),
       ",": () => this.step(-1), ".": () => this.step(1), PageDown: () => this.step(10), PageUp: () => this.step(-10),
       Home: () => this.goTo(0), End: () => this.goTo(Infinity), Escape: () => this.choose(null),
-      "+": () => this.changeSpeed(1), "-": () => this.changeSpeed(-1),
+      z: () => this.zoom(0.5), x: () => this.zoom(2), "+": () => this.changeSpeed(1), "-": () => this.changeSpeed(-1),
     };
     document.addEventListener("keydown", (event) => {
       const action = keys[event.key], at = event.target;
@@ -119,9 +125,37 @@ class Viewer {
     this.goTo(frameAt(box, event.clientX - left));
   }
 
+  // Shows `factor` times as much, around what is chosen; never more than everything.
+  zoom(factor) {
+    const whole = this.recordings[0].extent, [xMin, xMax, yMin, yMax] = this.extent;
+    const at = this.placeOfChosen() ?? [(xMin + xMax) / 2, (yMin + yMax) / 2];
+    const half = (factor * Math.max(xMax - xMin, yMax - yMin)) / 2;
+    const isWhole = 2 * half >= Math.max(whole[1] - whole[0], whole[3] - whole[2]);
+    this.extent = isWhole ? whole : [at[0] - half, at[0] + half, at[1] - half, at[1] + half];
+    this.draw();
+  }
+
+  placeOfChosen() {
+    const { agent, track, stage } = this.chosen ?? {}, recording = this.recordings[stage ?? 0];
+    if (agent !== undefined) return recording.agents[agent].at;
+    const row = track === undefined ? -1 : recording.rowsOfTrack(track)[this.frame];
+    return row < 0 ? null : [recording.track_at[2 * row], recording.track_at[2 * row + 1]];
+  }
+
+  drag(stage, event) {
+    if (!event.buttons || this.extent === this.recordings[0].extent) return;
+    const { scale } = new Camera(this.extent, stage.map.parentElement.clientWidth);
+    const dx = -event.movementX / scale, dy = event.movementY / scale;
+    this.dragged = true;
+    this.extent = this.extent.map((edge, i) => edge + (i < 2 ? dx : dy));
+    this.draw();
+  }
+
   chooseAt(index, event) {
+    if (this.dragged) return (this.dragged = false);
     const { map, recording } = this.stages[index], box = map.getBoundingClientRect();
-    const found = findAt(recording, this.frame, box.width, event.clientX - box.left, event.clientY - box.top);
+    const camera = new Camera(this.extent, box.width);
+    const found = findAt(recording, this.frame, camera, event.clientX - box.left, event.clientY - box.top);
     this.choose(found && (found.agent === undefined ? { ...found, stage: index } : found));
   }
 
@@ -141,8 +175,9 @@ class Viewer {
     this.layers = Object.fromEntries(
       [...this.root.querySelectorAll("[data-layer]")].map((box) => [box.dataset.layer, box.checked]),
     );
+    const most = Math.max(1, ...this.recordings.map(greatestDamage));
     this.stages.forEach((stage, i) => {
-      stage.charts = chartsOf(stage.recording, this.chosenIn(i), this.colours);
+      stage.charts = chartsOf(stage.recording, this.chosenIn(i), most, this.colours);
       stage.detectionColours = stage.recording.agents.map((_, k) => agentColour(stage.recording, k));
     });
     drawLegend(this.part("legend"), this.colours);
@@ -154,7 +189,7 @@ class Viewer {
     this.stages.forEach((stage, i) => {
       const { recording, detectionColours } = stage, side = stage.map.parentElement.clientWidth;
       const view = { colours: this.colours, layers: this.layers, chosen: this.chosenIn(i), detectionColours };
-      drawMap(prepare(stage.map, side).context, side, recording, this.frame, view);
+      drawMap(prepare(stage.map, side).context, side, this.extent, recording, this.frame, view);
       drawHistory(stage.history, stage.charts, recording, this.frame, this.colours);
       stage.part("now").textContent = describeFrame(recording, this.frame);
       stage.part("chosen").textContent = describeChosen(recording, this.frame, view.chosen);

@@ -2,9 +2,10 @@
 
 const LEFT = 34, RIGHT = 8;
 
-// The charts of a recording: [height, draw(context, box)] each, from the top.
-function chartsOf(recording, chosen, colours) {
-  const charts = [damageChart(recording, colours), agentsChart(recording, chosen, colours)];
+// The charts of a recording, from the top: title, keys [words, colour], height and draw(context, box) each.
+// most: the greatest damage that the first has room for.
+function chartsOf(recording, chosen, most, colours) {
+  const charts = [damageChart(recording, most, colours), agentsChart(recording, chosen, colours)];
   if (chosen?.agent !== undefined) charts.push(...agentCharts(recording, chosen.agent, colours));
   if (chosen?.track !== undefined) charts.push(...trackCharts(recording, chosen.track, colours));
   return charts;
@@ -54,6 +55,10 @@ function drawAxis(context, box, low, high, colours) {
   }
 }
 
+function sayNothing(context, box, words, colours) {
+  text(context, words, box.left + box.width / 2, box.top + box.height / 2, { colour: colours.soft, align: "center" });
+}
+
 // Values over the frames; a gap where they are not numbers.
 function drawLine(context, box, values, low, high, colour, width = 1.5) {
   context.beginPath();
@@ -81,9 +86,9 @@ function drawBars(context, box, layers, high) {
   }
 }
 
-function barChart(title, height, layers, keys, colours) {
+function barChart(title, height, layers, keys, colours, most = 1) {
   const totals = layers[0][0].map((_, t) => layers.reduce((sum, [values]) => sum + values[t], 0));
-  const high = Math.max(1, ...totals);
+  const high = Math.max(most, ...totals);
   const draw = (context, box) => {
     drawAxis(context, box, 0, high, colours);
     drawBars(context, box, layers, high);
@@ -91,12 +96,16 @@ function barChart(title, height, layers, keys, colours) {
   return { title, height, keys, draw };
 }
 
-function damageChart(recording, colours) {
+function greatestDamage({ false_tracks, missing_targets }) {
+  return Math.max(...Array.from(false_tracks, (n, t) => n + missing_targets[t]));
+}
+
+function damageChart(recording, most, colours) {
   const injected = Array.from(recording.injected_tracks), missing = Array.from(recording.missing_targets);
   const others = Array.from(recording.false_tracks, (n, t) => n - injected[t]);
   const layers = [[injected, colours.injected], [others, colours.hidden], [missing, colours.missing]];
   const keys = [["injected", colours.injected], ["other false", colours.hidden], ["missing", colours.missing]];
-  return barChart("Damage", 64, layers, keys, colours);
+  return barChart("Damage", 64, layers, keys, colours, most);
 }
 
 function agentsChart(recording, chosen, colours) {
@@ -108,6 +117,7 @@ function agentsChart(recording, chosen, colours) {
       drawLine(context, box, recording.agentTrust(k), 0, 1, colours[adversary ? "adversary" : "benign"], width);
     });
     context.globalAlpha = 1;
+    if (recording.agent_trust.every(Number.isNaN)) sayNothing(context, box, "the defense has no opinion of agents", colours);
   };
   const keys = [["adversaries", colours.adversary], ["benign", colours.benign]];
   return { title: "Trust in agents", height: 84, keys, draw };
@@ -130,6 +140,7 @@ function beliefChart(title, means, stds, mark, colour, colours) {
     polygon(context, [[box.left, y], [box.left + box.width, y]], { stroke: colours.soft, closed: false });
     context.setLineDash([]);
     drawLine(context, box, means, 0, 1, colour, 2);
+    if (means.every(Number.isNaN)) sayNothing(context, box, "no opinion", colours);
   };
   return { title, height: 84, draw, keys: [["mean ± std", colours.soft]] };
 }

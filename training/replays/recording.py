@@ -14,7 +14,7 @@ from trust_env.metrics import METRICS, EpisodeMetrics
 from trust_env.parallel import TrustEnv
 from trust_env.render.scene import DetectionKind, Scene, TrackKind, read_scene
 from trust_env.training.pages.packing import pack
-from trust_env.training.replay.episode import Episode
+from trust_env.training.replays.episode import Episode
 
 DETECTION_KINDS: tuple[DetectionKind, ...] = ("honest", "clutter", "injected")
 TRACK_KINDS: tuple[TrackKind, ...] = ("tentative", "hidden", "published")
@@ -37,15 +37,23 @@ class Recording:
     targets: list[np.ndarray]
     metrics: dict[str, float]
 
+    def summary(self) -> dict[str, Any]:
+        """Plain values only: which episode it is, who plays, and the metrics, None where undefined."""
+        episode, metrics = self.episode, self.metrics
+        return {
+            "scenario": episode.scenario.name,
+            "attack": episode.attack,
+            "defense": episode.defense,
+            "seed": episode.seed,
+            "world": episode.world,
+            "metrics": {name: None if np.isnan(value) else value for name, value in metrics.items()},
+        }
+
     def to_dict(self) -> dict[str, Any]:
-        """Plain values only: who plays, what stays the same, the metrics, and every frame, packed."""
+        """The summary, what stays the same, and every frame, packed."""
         first = self.scenes[0]
         return {
-            "scenario": first.scenario,
-            "attack": self.episode.attack,
-            "defense": self.episode.defense,
-            "seed": self.episode.seed,
-            "world": self.episode.world,
+            **self.summary(),
             "frames": len(self.scenes),
             "dt": first.dt,
             "accuse_below": first.accuse_below,
@@ -54,7 +62,6 @@ class Recording:
                 {"name": a.name, "adversary": a.adversary, "at": a.position.tolist(), "outline": a.outline.tolist()}
                 for a in first.agents
             ],
-            "metrics": {name: None if np.isnan(value) else value for name, value in self.metrics.items()},
             "packed": pack(self._arrays()),
         }
 

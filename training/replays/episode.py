@@ -52,7 +52,7 @@ class Run:
         self.table, self.configuration, _ = read_run(self.path)
         version = TrustEnv.metadata["name"]
         if self.configuration["version"] != version:
-            raise ValueError(f"{self.path}: played by {self.configuration['version']}; this is {version}, which differs")
+            raise ValueError(f"{self.path}: played by {self.configuration['version']}, which {version} cannot repeat")
         self.scenario = self._scenario(data)
 
     def _scenario(self, data: str | Path | None) -> Scenario:
@@ -97,11 +97,13 @@ class Run:
         try:
             spec = parse_policy(name) if kind == "attack" else parse(name)
             files = dict(files_of(spec))
-            (build_policy if kind == "attack" else build_defense)(name) if not _names_code(files) else None
+            if not _names_code(files):
+                (build_policy if kind == "attack" else build_defense)(name)
         except ValueError as fault:
-            raise ValueError(f"{kind} {name}: it cannot be made from its name; expected it as an object: {fault}") from None
+            raise ValueError(f"{kind} {name}: expected it as an object, as its name gives none: {fault}") from None
         if _names_code(files) and given is None:
-            raise ValueError(f"{kind} {name}: code of yours, which a run does not start; expected --{kind} '{name}' too")
+            expected = f"expected --{kind} '{name}' too"
+            raise ValueError(f"{kind} {name}: code of yours, which a run does not start; {expected}")
         self._require_unchanged(files)
         return name
 
