@@ -10,7 +10,7 @@ import tyro
 from tyro.extras import SubcommandApp
 
 from trust_env.errors import unknown_name
-from trust_env.training.cli import attacks, defenses, metrics, scenarios
+from trust_env.training.cli import attacks, defenses, metrics, scenarios, threats
 from trust_env.training.cli.benchmark import benchmark
 from trust_env.training.cli.conform import conform
 from trust_env.training.cli.curve import curve
@@ -36,6 +36,7 @@ COMMANDS: dict[str, Command | Group] = {
     "scenarios": scenarios.COMMANDS,
     "defenses": defenses.COMMANDS,
     "attacks": attacks.COMMANDS,
+    "threats": threats.COMMANDS,
     "metrics": metrics.COMMANDS,
 }
 
