@@ -48,8 +48,8 @@ def explain_field(
     print(f"values: {found.values}" if not inside else "\n".join(f"  {info.name}: {info.comment}" for info in inside))
 
 
-def print_schema() -> None:
-    """The JSON schema of scenario files, for the completion and the checks of editors."""
+def print_schema(as_json: Json = False) -> None:
+    """The JSON schema of scenario files, for the completion and the checks of editors; JSON in any case."""
     from trust_env.scenario.json_schema import scenario_schema
 
     print_json(scenario_schema())
