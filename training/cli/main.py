@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import tyro
 from tyro.extras import SubcommandApp
 
+import trust_env
 from trust_env.errors import unknown_name
 from trust_env.training.cli import attacks, defenses, metrics, scenarios, threats
 from trust_env.training.cli.benchmark import benchmark
@@ -67,11 +68,14 @@ def main(args: Sequence[str] | None = None) -> int:
     if args is None:
         open_streams()
         args = sys.argv[1:]
+    if list(args) == ["--version"]:
+        print(f"trust-env {trust_env.__version__}")
+        return OK
     try:
         check_command(args)
         code = build_app().cli(
             prog="trust-env",
-            description="Attacks and trust defenses in multi-agent sensor fusion.",
+            description="Attacks and trust defenses in multi-agent sensor fusion. --version prints the version.",
             args=args,
             config=(tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes, tyro.conf.DisallowNone),
         )
