@@ -19,6 +19,7 @@ from trust_env.training.cli.evaluate import evaluate
 from trust_env.training.cli.exploit import exploit
 from trust_env.training.cli.options import INTERRUPTED, OK, WRONG_INPUT, Command, Group
 from trust_env.training.cli.replay import replay
+from trust_env.training.cli.report import report
 from trust_env.training.cli.reproduce import reproduce
 from trust_env.training.cli.streams import open_streams
 from trust_env.training.cli.train import train
@@ -28,6 +29,7 @@ DEBUG = "TRUST_ENV_DEBUG"  # set it to see where an error comes from
 COMMANDS: dict[str, Command | Group] = {
     "evaluate": evaluate,
     "curve": curve,
+    "report": report,
     "replay": replay,
     "reproduce": reproduce,
     "conform": conform,
