@@ -25,7 +25,7 @@ function drawMap(context, size, extent, recording, t, view) {
   context.fillRect(0, 0, size, size);
   drawGrid(context, size, camera, colours);
   if (layers.fovs)
-    recording.agents.forEach((agent, k) => drawFov(context, camera, agent, view, view.chosen?.agent === k));
+    recording.agents.forEach((agent, k) => drawFov(context, camera, agent, view, view.chosen?.agent === k, recording.count));
   if (layers.trails) drawTrails(context, camera, recording, t, colours);
   for (const row of recording.rows("track", t)) drawEllipse(context, camera, recording, row, view);
   if (layers.detections) drawDetections(context, camera, recording, t, view);
@@ -68,10 +68,11 @@ function niceStep(least) {
   return [1, 2, 5, 10].map((n) => n * power).find((step) => step >= least);
 }
 
-function drawFov(context, camera, agent, { colours }, isChosen) {
+// The more agents there are, the fainter their FOVs, so that many on one another stay light.
+function drawFov(context, camera, agent, { colours }, isChosen, count) {
   const role = agent.adversary ? "adversary" : "benign";
   const outline = agent.outline.map(([x, y]) => camera.pixels(x, y));
-  context.globalAlpha = 1;
+  context.globalAlpha = Math.min(1, 6 / count);
   polygon(context, outline, { fill: colours[`fov-${role}`] });
   context.globalAlpha = isChosen ? 1 : 0.45;
   polygon(context, outline, { stroke: colours[role], width: isChosen ? 2 : 1 });
@@ -150,18 +151,19 @@ function drawTrack(context, camera, recording, row, { colours, layers, chosen })
 function drawAgents(context, camera, recording, t, { colours, layers, chosen }) {
   recording.agents.forEach((agent, k) => {
     const at = camera.pixels(...agent.at),
-      trust = recording.agent_trust[t * recording.count + k];
-    circle(context, at, 12, { fill: colours.card, stroke: colours.line, width: 3 });
+      trust = recording.agent_trust[t * recording.count + k],
+      radius = recording.count > 8 ? 9.5 : 12;
+    circle(context, at, radius, { fill: colours.card, stroke: colours.line, width: 3 });
     if (!Number.isNaN(trust)) {
       context.beginPath();
-      context.arc(at[0], at[1], 12, -Math.PI / 2, -Math.PI / 2 + 2 * Math.PI * trust);
+      context.arc(at[0], at[1], radius, -Math.PI / 2, -Math.PI / 2 + 2 * Math.PI * trust);
       paint(context, null, trustColour(trust, colours), 3);
     }
     agentSymbol(context, at, agent.adversary, colours);
     if (chosen?.agent === k) circle(context, at, 17, { stroke: colours.accent, width: 2.5 });
     if (layers.labels) {
       const colour = colours[agent.adversary ? "adversary" : "benign"];
-      text(context, shortName(agent.name), at[0], at[1] + 21, {
+      text(context, shortName(agent.name), at[0], at[1] + radius + 9, {
         colour,
         align: "center",
         weight: "600",

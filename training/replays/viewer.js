@@ -3,8 +3,10 @@
 const FRAMES_PER_SECOND = 10; // at speed 1
 
 class Viewer {
-  constructor(root) {
+  // ownsPage: keys count wherever the focus is; otherwise only where it is within the viewer.
+  constructor(root, ownsPage = false) {
     this.root = root;
+    this.ownsPage = ownsPage;
     this.recordings = [];
     this.frame = 0;
     this.playing = false;
@@ -81,8 +83,7 @@ class Viewer {
       const action = keys[event.key],
         at = event.target;
       if (!action || !this.recordings.length || event.ctrlKey || event.metaKey || event.altKey) return;
-      if (at.closest?.("select, a, summary, [contenteditable]") || (at !== document.body && !this.root.contains(at)))
-        return;
+      if (at.closest?.("select, a, summary") || !(this.root.contains(at) || (this.ownsPage && at === document.body))) return;
       if (event.key === " " && at.closest?.("button, input[type=checkbox]")) return;
       event.preventDefault();
       action();
