@@ -6,6 +6,7 @@ import sys
 import pytest
 from paths import ROOT
 
+import trust_env
 from trust_env.training.cli.main import COMMANDS
 from trust_env.training.cli.options import Group
 
@@ -30,6 +31,10 @@ def test_the_documented_commands_exist():
     assert {"train", "exploit"} <= set(COMMANDS) - set(groups)
     assert groups["scenarios"] >= {"list", "show", "check"}
     assert groups["defenses"] >= {"list", "show"} and groups["attacks"] >= {"list", "show"}
+
+
+def test_version_prints_that_of_the_package(cli):
+    assert cli("--version") == (0, f"trust-env {trust_env.__version__}\n", "")
 
 
 def test_the_program_runs_as_a_module():

@@ -37,7 +37,7 @@ def test_results_json_holds_every_cell_with_intervals(run):
     with open(f"{out}/results.json", encoding="utf-8") as file:
         written = json.load(file)
     assert written == results.to_dict()
-    assert list(written) == ["scenario", "seed", "episodes", "version", "cells", "pooled"]
+    assert list(written) == ["scenario", "knowledge", "seed", "episodes", "version", "cells", "pooled"]
     assert (written["scenario"], written["seed"], written["episodes"]) == ("trio", 3, 6)
     assert written["version"] == trust_env.parallel_env("trio").metadata["name"] == "trust_env_v0"
     cells = [(cell["attack"], cell["defense"]) for cell in written["cells"]]

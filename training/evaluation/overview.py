@@ -1,0 +1,116 @@
+"""The results of an evaluation in one table that fits a screen of 80 columns, and what its columns mean."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from trust_env.training.console import format_number
+from trust_env.training.evaluation.cell import Cell
+from trust_env.training.evaluation.replay_code import worst_world
+from trust_env.training.evaluation.results import DAMAGE, Results
+from trust_env.training.evaluation.summary import Summary
+
+_NAMES, _GAP = 12, 2  # columns of a name on a narrow screen; between columns, of which the border is one
+
+
+class Heading(NamedTuple):
+    """A column of the overview: its heading, its width and what it means."""
+
+    heading: str
+    width: int
+    meaning: str
+
+
+# Metrics are means over the episodes; `worst` is of damage.
+COLUMNS: dict[str, Heading] = {
+    DAMAGE: Heading("damage", 9, "false tracks shown plus targets missing, per frame"),
+    "worst": Heading("worst", 5, "damage in the worst tenth of the episodes"),
+    "injected_tracks_per_frame": Heading("injected", 8, "of the false tracks those that injections made, per frame"),
+    "missing_targets_per_frame": Heading("missing", 7, "targets in somebody's view that no track shows, per frame"),
+    "adversary_auroc": Heading("AUROC", 5, "1: low trust tells adversaries apart, 0.5: as by chance"),
+    "false_accusation_rate": Heading("falsely accused", 7, "share of the benign agents that are accused"),
+}
+_ABSENT = "nobody attacks, or the defense has no opinion"
+
+
+def print_overview(results: Results, console: Console) -> None:
+    """The table, a line for each column, the notes, and how to see the worst episode again."""
+    console.print(overview_table(results, console.width))
+    episodes = f"{results.episodes} episode{'s' if results.episodes > 1 else ''}"
+    console.print(f"{results.scenario}, seed {results.seed}: means over {episodes} a cell, 95 % intervals below")
+    width = max(len(column.heading) for column in COLUMNS.values())
+    for column in COLUMNS.values():
+        _say(console, f"  {column.heading:{width}}  {column.meaning}")
+    _say(console, f"  {'–':{width}}  {_ABSENT}")
+    for note in results.notes:
+        _say(console, note)
+    if results.cells:
+        print_replay(results, console)
+    _say(console, "more: --metric all, or the metrics of `trust-env metrics list` by name")
+
+
+def print_replay(results: Results, console: Console) -> None:
+    """The lines of Python that begin the worst episode of all cells again."""
+    cell = max(results.cells, key=lambda cell: cell.metrics[DAMAGE].max())
+    world = worst_world(cell, DAMAGE)
+    _say(console, f"the worst episode, world {world} of {cell.attack} x {cell.defense}, again:")
+    for line in results.replay_code(cell, world).splitlines():
+        console.print(Text(f"  {line}", style="dim"), soft_wrap=True)
+
+
+def _say(console: Console, text: str) -> None:
+    console.print(Text(text, style="dim"))
+
+
+def overview_table(results: Results, width: int) -> Table:
+    """A row for every cell."""
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, _GAP - 1, 0, 0), show_edge=False)
+    for name, widest in zip(("attack", "defense"), name_widths(results, width)):
+        table.add_column(name, width=widest, overflow="fold")
+    for column in COLUMNS.values():
+        table.add_column(column.heading, width=column.width, justify="right")
+    above = ""
+    for cell in results.cells:
+        table.add_section() if above not in ("", cell.attack) else None
+        entries = [_entry(cell, name) for name in COLUMNS]
+        table.add_row(Text(cell.attack if cell.attack != above else ""), Text(cell.defense), *entries)
+        above = cell.attack
+    return table
+
+
+def name_widths(results: Results, width: int) -> Sequence[int]:
+    """Columns for the names of attacks and defenses: what they need, else what is left beside the numbers."""
+    numbers = sum(column.width + _GAP for column in COLUMNS.values())
+    room = max(2 * _NAMES, width - numbers - _GAP)
+    needed = [max([len(title), *(len(name) for name in names)]) for title, names in _names(results)]
+    if sum(needed) <= room:
+        return needed
+    first = min(needed[0], max(room // 2, room - needed[1]))
+    return first, min(needed[1], room - first)
+
+
+def _names(results: Results) -> list[tuple[str, list[str]]]:
+    return [("attack", [cell.attack for cell in results.cells]), ("defense", [cell.defense for cell in results.cells])]
+
+
+def _entry(cell: Cell, column: str) -> Text:
+    summary = cell.summary.get(DAMAGE if column == "worst" else column)
+    if summary is None or math.isnan(summary.mean):
+        return Text("–")
+    if column == "worst":
+        return Text(format_number(summary.worst_decile))
+    text = Text(format_number(summary.mean))
+    return text.append(f"\n{_interval(summary)}", style="dim") if column == DAMAGE else text
+
+
+def _interval(summary: Summary) -> str:
+    """The interval of the mean, in at most nine signs where it lies below 100."""
+    low, high = (f"{value:.1f}" if value >= 10 else f"{value:.2f}" for value in (summary.mean_low, summary.mean_high))
+    return f"{low}–{high}"
