@@ -11,7 +11,7 @@ from tyro.extras import SubcommandApp
 
 import trust_env
 from trust_env.errors import unknown_name
-from trust_env.training.cli import attacks, defenses, metrics, scenarios
+from trust_env.training.cli import attacks, defenses, metrics, new, scenarios
 from trust_env.training.cli.benchmark import benchmark
 from trust_env.training.cli.conform import conform
 from trust_env.training.cli.curve import curve
@@ -32,6 +32,7 @@ COMMANDS: dict[str, Command | Group] = {
     "benchmark": benchmark,
     "train": train,
     "exploit": exploit,
+    "new": new.COMMANDS,
     "scenarios": scenarios.COMMANDS,
     "defenses": defenses.COMMANDS,
     "attacks": attacks.COMMANDS,

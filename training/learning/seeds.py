@@ -35,8 +35,8 @@ class TrainingRuns:
         damage = np.array([run.evaluations[-1]["damage_per_frame"] for run in self.runs])
         curve = self.folder / CURVE
         return "\n".join([
-            f"{self.folder}: {len(self.runs)} runs, damage per frame on held-out worlds {damage.mean():.2f} in the mean, "
-            f"from {damage.min():.2f} to {damage.max():.2f}",
+            f"{self.folder}: {len(self.runs)} runs, damage per frame {damage.mean():.2f} on held-out worlds "
+            f"(mean; {damage.min():.2f} to {damage.max():.2f})",
             *([f"their learning curves: {curve}"] if curve.is_file() else []),
             next_step([run.folder for run in self.runs]),
         ])  # fmt: skip

@@ -141,6 +141,7 @@ def _continue(folder: TrainingFolder, progress: bool) -> TrainingRun:
 
     saved = folder.checkpoints.load(_warn)
     if saved and saved["steps"] >= folder.configuration().steps:
+        draw_curve([folder.path], folder.path / CURVE)
         return TrainingRun(folder.path, saved["steps"], _evaluations(folder.path), saved["steps"])
     session = Session(folder, saved)
     began, configured = session.steps, session.config.steps
