@@ -75,7 +75,9 @@ def test_one_field_is_read_by_its_name():
     n = env.arrays.raw_count[0, 1]
     agent = env.possible_agents[1]
     points = env.observation_table.read(observations[agent], "detections")
-    assert points.shape == (16, 2) and points[:n] == pytest.approx(env.arrays.raw_detections[0, 1, :n], abs=1e-3)
+    assert points.shape == (env.scenario.sensor.max_detections, 2) and points[:n] == pytest.approx(
+        env.arrays.raw_detections[0, 1, :n], abs=1e-3
+    )
     assert (points == env.observation_table.read(observations[agent], 1)["detections"]).all()
     with pytest.raises(KeyError, match="picture"):
         env.observation_table.read(observations[agent], "picture")  # of a higher knowledge level

@@ -128,7 +128,7 @@ class ObservationTable(Mapping[str, Field]):
 
     @overload
     def read(
-        self, observation: np.ndarray, agents: Agents | None = None, names: Collection[str] | None = None
+        self, observation: np.ndarray, agents: Agents | None = None, names: tuple[str, ...] | list[str] | None = None
     ) -> dict[str, np.ndarray]: ...
 
     def read(
@@ -169,9 +169,7 @@ class ObservationTable(Mapping[str, Field]):
         """m, [..., 2]"""
         return entries[..., :2].astype(np.float64) * self.scales.half + self.scales.centre
 
-    def _in_units(
-        self, name: str, entries: np.ndarray, place: np.ndarray, agents: Agents
-    ) -> np.ndarray:
+    def _in_units(self, name: str, entries: np.ndarray, place: np.ndarray, agents: Agents) -> np.ndarray:
         """A field as `read` gives it; the observing agents stand at place[..., 2] (m)."""
         scales = self.scales
         if name.endswith("mask"):
