@@ -60,8 +60,9 @@ def parts(folder: Path) -> dict[str, Any]:
     found: dict[str, Any] = {f"search {name}": _untimed(outcome) for name, outcome in saved["searches"].items()}
     for seed in saved["trainings"]:
         found[f"training {seed}"] = trained(folder / "learned" / f"seed_{seed}")
-    for name, rows in cells(folder / "evaluation").items():
-        found[name.replace(str(folder), "")] = rows.drop_columns("attack")
+    for part in ("validation", "evaluation"):
+        for name, rows in cells(folder / part).items():
+            found[f"{part} {name.replace(str(folder), '')}"] = rows.drop_columns("attack")
     if (folder / "exploit.md").exists():
         report = json.loads((folder / "exploit.json").read_text())
         found["report"] = [(one["kind"], one["damage"]) for one in report["attackers"]]
@@ -91,8 +92,9 @@ TRAIN = FolderRun(
 )
 EXPLOIT = FolderRun(
     ["exploit", "--scenario", "trio(horizon=20)", "--defense", "score", "--episodes", "6", "--seeds", "2",
-     "--attack", "honest,false_positive,search(suppress),search(false_positive)", "--generations", "2",
-     "--population", "3", "--search-episodes", "2", *(word for field in TRAINING for word in ("--set", field))],
+     "--attack", "honest,false_positive,search(suppress),search(false_positive)", "--validation", "5",
+     "--generations", "2", "--population", "3", "--search-episodes", "2",
+     *(word for field in TRAINING for word in ("--set", field))],
     parts,
 )  # fmt: skip
 

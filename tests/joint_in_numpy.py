@@ -68,6 +68,9 @@ class OneWorld:
         self.urn_prior = given["standing_weight"] * np.array([standing, *moving])
         self.urn = np.tile(self.urn_prior, (len(self.sets), 1))
         self.pose = np.full((n_agents, 3), np.nan)
+        self.gone_alone, self.gone_others = np.zeros((2, len(self.sets)))
+        self.gone: dict[frozenset[int], float] = {}
+        self.last_trust, self.counted = np.zeros(columns), dict[frozenset[int], float]()
         self.alone_count, self.others_count = np.full((2, len(self.sets)), np.nan)
         self.dispersion, self.frames, self.usual = np.zeros(3), 0, np.zeros(2)
 
@@ -88,11 +91,18 @@ class OneWorld:
         self.past *= g["memory"]
         self.urn = self.urn_prior + g["memory"] * (self.urn - self.urn_prior)
         self.usual *= 0.98
+        self.gone_alone, self.gone_others = g["memory"] * self.gone_alone, g["memory"] * self.gone_others
+        self.gone = {region: g["memory"] * n for region, n in self.gone.items()}
         for j in np.flatnonzero(self.ids != e.track_id[w]).tolist():
             self.bury(j)
             self.ids[j] = e.track_id[w, j]
         self.look(e, w)
         urn, total, tracks = self.urn.copy(), np.zeros_like(self.past), {}
+        self.counted = dict(self.gone)
+        for j in np.flatnonzero(e.confirmed[w]).tolist():
+            region = frozenset(self.watchers(j))
+            if region in self.regions:
+                self.counted[region] = self.counted.get(region, 0.0) + 1
         for j in np.flatnonzero(e.confirmed[w]).tolist():
             self.last_motion[j] = self.motion(e, w, j)
             self.last_exact[j] = self.exactness(j)
@@ -107,7 +117,7 @@ class OneWorld:
         seen = np.zeros(len(self.sets))
         self.count_absence(e, w, agent_trust)
         for j, (real, watchers, hitters) in tracks.items():
-            trust = min(1.0, (weight * real).sum())
+            trust = self.last_trust[j] = min(1.0, (weight * real).sum())
             within = logsumexp(log_w, axis=1, keepdims=True)
             seen += (np.exp(log_w - within) * real).sum(axis=1) * [bool(watchers - a) for a in self.sets]
             if len(hitters) >= 2 and e.age[w, j] >= 3:
@@ -117,11 +127,16 @@ class OneWorld:
                 trust /= 1 + g["gap"] * (1 - self.belief.p_detect[0]) ** -self.absent[j]
             track_trust[j] = trust
         self.others_count += 0.1 * (seen - self.others_count)
-        self.listed[:] = e.confirmed[w]
+        self.listed |= e.confirmed[w]
 
     def bury(self, j: int) -> None:
         if self.listed[j] and self.g["memory"] > 0:
-            log = self.track(j, self.urn)[0]
+            log, _, watchers, _ = self.track(j, self.urn)
+            region = frozenset(watchers)
+            self.gone_alone += [bool(watchers) and watchers <= a for a in self.sets]
+            self.gone_others += self.last_trust[j] * np.array([bool(watchers - a) for a in self.sets])
+            if region in self.regions:
+                self.gone[region] = self.gone.get(region, 0.0) + 1
             said = np.logaddexp(log - log.max(), -self.g["cap_track"])
             self.past += np.maximum(said, -self.g["cap_dead"])
         self.listed[j] = False
@@ -158,7 +173,7 @@ class OneWorld:
         if n > 0:
             still = gaussian(z - self.mean[j], self.belief.noise_cov[k] * (1 + 1 / n))
             moving = gaussian(e.innovation[w, k, j], e.innovation_cov[w, k, j])
-            self.stands[j] = np.clip(self.stands[j] + still - moving, -20, 20)
+            self.stands[j] = np.clip(self.stands[j] + max(-3, still - moving), -10, 10)
         self.mean_hits[j] = min(50, n + 1)
         self.mean[j] = z if n == 0 else self.mean[j] + (z - self.mean[j]) / self.mean_hits[j]
 
@@ -190,10 +205,20 @@ class OneWorld:
                     betaln(h + 1, m + 1) + gammaln(h + m + 2) - gammaln(n + 2) + np.log(kappa),
                 )
 
+    def watchers(self, j: int) -> set[int]:
+        return {k for k in self.agents if self.looks[k, j] > 0.3 * self.looks[:, j].max()}
+
+    def share_alone(self, share: float, a: int, region: frozenset[int]) -> float:
+        """φ in a region of a share φ of all tracks that only set a watches."""
+        if share == self.g["alone"][0] or not self.counted.get(region):
+            return share
+        found = sum(n for r, n in self.counted.items() if r <= self.sets[a])
+        area = (self.regions[region] + 0.02) / (self.alone_area[a] + 0.02)
+        return float(np.clip(1 - (1 - share) * found * area / self.counted[region], self.g["alone"][0], 0.95))
+
     def track(self, j: int, urn: np.ndarray) -> tuple[np.ndarray, np.ndarray, set[int], set[int]]:
         """ln of the track's likelihood, P(real) [A, G]; who watches; who has certainly hit. The urns learn."""
-        g, most = self.g, self.looks[:, j].max()
-        watchers = {k for k in self.agents if self.looks[k, j] > 0.3 * most}
+        g, watchers = self.g, self.watchers(j)
         hitters = {k for k in watchers if self.hits[k, j] > 3}
         patterns = [np.exp(np.array(p) - max(p)) for p in self.patterns(j)]
         log, real = np.zeros_like(self.past), np.zeros_like(self.past)
@@ -216,7 +241,8 @@ class OneWorld:
             }
             own, others = bool(watchers & members), bool(watchers - members)
             for b, (alone, together, level, mode) in enumerate(self.behaviours):
-                share = (together if others else alone) if own else g["natural"]
+                share = together if others else self.share_alone(alone, a, frozenset(watchers))
+                share = share if own else g["natural"]
                 mark = marks[mode] if own else 1.0
                 terms = np.log1p(-share) + by_level[level], np.log(share) + false + np.log(mark)
                 log[a, b] = np.logaddexp(*terms)
@@ -241,8 +267,9 @@ class OneWorld:
         """ln of how much better shares of false tracks explain the counts of tracks that only A watches; [A, G]."""
         watched = [frozenset(watchers) for _, watchers, _ in tracks.values()]
         shared = {r: area for r, area in self.regions.items() if len(r) >= 2}
-        density = (sum(len(x) >= 2 for x in watched) + 0.5) / (sum(shared.values()) + 0.05)
-        used = [(watched.count(r), density * area) for r, area in shared.items() if area > 0.01]
+        gone = sum(n for r, n in self.gone.items() if len(r) >= 2)
+        density = (sum(len(x) >= 2 for x in watched) + gone + 0.5) / (sum(shared.values()) + 0.05)
+        used = [(self.counted.get(r, 0.0), density * area) for r, area in shared.items() if area > 0.01]
         now = np.array([[(n - mu) ** 2, mu, mu**2] for n, mu in used]).reshape(-1, 3).sum(axis=0)
         self.frames += 1
         self.dispersion += max(0.02, 1 / self.frames) * (now - self.dispersion)
@@ -253,13 +280,13 @@ class OneWorld:
             self.alone_count, self.others_count = alone, others
         else:
             self.alone_count = self.alone_count + 0.1 * (alone - self.alone_count)
-        mean = (self.others_count + 1) / (self.others_area + 0.1) * (self.alone_area + 0.02)
-        k = 1 / (inverse + 1 / (self.others_count + 1))
+        others, alone = self.others_count + self.gone_others, self.alone_count + self.gone_alone
+        mean = (others + 1) / (self.others_area + 0.1) * (self.alone_area + 0.02)
+        k = 1 / (inverse + 1 / (others + 1))
         gain = np.zeros_like(self.past)
         for b, (share, _, _, _) in enumerate(self.behaviours):
             if self.g["counts"] and share > self.g["alone"][0]:
-                ratio = negative_binomial((1 - share) * self.alone_count, k, mean)
-                ratio -= negative_binomial(self.alone_count, k, mean)
+                ratio = negative_binomial((1 - share) * alone, k, mean) - negative_binomial(alone, k, mean)
                 gain[:, b] = np.clip(ratio, -self.g["cap_count"], self.g["cap_count"])
         return gain
 

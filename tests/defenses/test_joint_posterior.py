@@ -50,9 +50,15 @@ def damage(scenario: Any, attack: str, defense: str, worlds: int) -> float:
 @pytest.mark.parametrize(
     ("scenario", "attack", "worlds", "frames", "given"),
     [
-        ("trio", "false_positive", 2, 40, {}),
+        ("trio", "false_positive", 2, 60, {}),
         ("trio", "suppress", 2, 30, ONLY_PATTERNS),
-        ("patrol(knowledge=poses)", "fov_aware", 1, 25, {"pi": 0.4, "r": 0.6, "cap_track": 20.0, "cap_motion": 12.0}),
+        (
+            "patrol(knowledge=poses)",
+            "fov_aware",
+            1,
+            25,
+            {"pi": 0.4, "r": 0.6, "cap_track": 20.0, "cap_motion": 12.0, "cap_dead": 9.0},
+        ),
     ],
 )
 def test_kernels_agree_with_numpy(scenario, attack, worlds, frames, given):
@@ -97,11 +103,10 @@ def test_more_sets_than_are_feasible_are_an_error():
 
 
 def test_priors_of_behaviours_sum_to_one_and_the_dormant_one_has_its_share():
-    tables = behaviours(0.02, (0.1, 0.5), (0.2, 0.8), (0.01, 0.5), (0, 1), dormant=0.3)
-    assert np.exp(tables.prior).sum() == pytest.approx(1.0)
-    assert len(tables.prior) == 16 and np.exp(tables.prior[:2]).sum() == pytest.approx(0.3)
-    alone = tables.case[:, 2]
-    assert set(tables.share[alone]) == {0.2, 0.8} and tables.share[0] == 0.02
+    tables = behaviours(alone=2, together=3, levels=2, modes=2, dormant=0.3)
+    assert tables.prior.sum() == pytest.approx(1.0)
+    assert len(tables.prior) == 24 and tables.prior[:2].sum() == pytest.approx(0.3)
+    assert tables.first.tolist() == [0, 2, 14, 22] and tables.case[-1].tolist() == [1, 13, 21]
 
 
 def test_agents_of_a_platform_type_are_compromised_together():

@@ -11,13 +11,14 @@ from tyro.extras import SubcommandApp
 
 import trust_env
 from trust_env.errors import unknown_name
-from trust_env.training.cli import attacks, defenses, metrics, new, scenarios
+from trust_env.training.cli import attacks, defenses, metrics, new, scenarios, threats
 from trust_env.training.cli.benchmark import benchmark
 from trust_env.training.cli.conform import conform
 from trust_env.training.cli.curve import curve
 from trust_env.training.cli.evaluate import evaluate
 from trust_env.training.cli.exploit import exploit
 from trust_env.training.cli.options import INTERRUPTED, OK, WRONG_INPUT, Command, Group
+from trust_env.training.cli.replay import replay
 from trust_env.training.cli.reproduce import reproduce
 from trust_env.training.cli.streams import open_streams
 from trust_env.training.cli.train import train
@@ -27,6 +28,7 @@ DEBUG = "TRUST_ENV_DEBUG"  # set it to see where an error comes from
 COMMANDS: dict[str, Command | Group] = {
     "evaluate": evaluate,
     "curve": curve,
+    "replay": replay,
     "reproduce": reproduce,
     "conform": conform,
     "benchmark": benchmark,
@@ -36,6 +38,7 @@ COMMANDS: dict[str, Command | Group] = {
     "scenarios": scenarios.COMMANDS,
     "defenses": defenses.COMMANDS,
     "attacks": attacks.COMMANDS,
+    "threats": threats.COMMANDS,
     "metrics": metrics.COMMANDS,
 }
 

@@ -12,11 +12,14 @@ import json
 import shutil
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from trust_env.files import folder_contents, remove_unfinished, require_empty, write_atomically
 from trust_env.training.evaluation.cell import Cell
 from trust_env.training.evaluation.results import Results, cells_of
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 ROWS, SUMMARY = "results.parquet", "results.json"
 _CONFIGURATION = b"trust_env.configuration"
@@ -47,16 +50,8 @@ class RunFolder:
 
     def _load(self) -> list[Cell]:
         """The finished cells of a run of the same configuration."""
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-
-        file = self.path / ROWS
-        try:
-            table = pq.read_table(file)
-            saved, strata = (json.loads((table.schema.metadata or {})[key]) for key in (_CONFIGURATION, _STRATA))
-            cells = cells_of(table, strata)
-        except (pa.ArrowInvalid, KeyError, ValueError) as fault:
-            raise ValueError(f"{file}: not the results of an evaluation: {fault}") from None
+        table, saved, strata = read_run(self.path)
+        cells = cells_of(table, strata)
         require_same_configuration(self.path, saved, self._configuration)
         return cells
 
@@ -74,6 +69,24 @@ class RunFolder:
         write_atomically(self.path / ROWS, lambda file: pq.write_table(table, file))
         text = json.dumps(results.to_dict(), indent=2, allow_nan=False) + "\n"
         write_atomically(self.path / SUMMARY, lambda file: file.write_text(text, encoding="utf-8"))
+
+
+def read_run(folder: Path) -> tuple[pa.Table, dict[str, Any], list[Any]]:
+    """The table of results.parquet, the configuration that it was played with, and the strata of its cells.
+
+    ValueError: the file is no such table.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    file = folder / ROWS
+    try:
+        table = pq.read_table(file)
+        saved, strata = (json.loads((table.schema.metadata or {})[key]) for key in (_CONFIGURATION, _STRATA))
+        cells_of(table, strata)
+    except (pa.ArrowInvalid, KeyError, ValueError) as fault:
+        raise ValueError(f"{file}: not the results of an evaluation: {fault}") from None
+    return table, saved, strata
 
 
 def require_same_configuration(folder: Path, saved: Mapping[str, Any], given: Mapping[str, Any]) -> None:

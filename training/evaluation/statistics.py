@@ -15,7 +15,7 @@ CONFIDENCE = 0.95
 RESAMPLES = 9999
 _TAILS = (50.0 * (1.0 - CONFIDENCE), 50.0 * (1.0 + CONFIDENCE))  # per cent
 _TRIMMED = 0.25  # of the episodes on each side
-_BATCH_NUMBERS = 2_000_000  # resampled numbers in memory at a time
+BATCH_NUMBERS = 2_000_000  # resampled numbers in memory at a time
 
 Statistic = Literal["mean", "iqm"]
 
@@ -51,14 +51,14 @@ def mean_intervals(metrics: Mapping[str, np.ndarray], seed: int = 0) -> dict[str
     for n in sorted({len(values) for values in defined.values()} - {0}):
         names = [name for name, values in defined.items() if len(values) == n]
         rows = np.stack([defined[name] for name in names])
-        means, iqms = (_percentile_bounds(rows, resampled) for resampled in _resampled_means(rows, seed))
+        means, iqms = (percentile_bounds(rows, resampled) for resampled in _resampled_means(rows, seed))
         for row, name in enumerate(names):
             mean, iqm = float(rows[row].mean()), float(interquartile_mean(metrics[name][~np.isnan(metrics[name])]))
             found[name] = Bounds(mean, *means[row]), Interval(iqm, *iqms[row])
     return {name: found[name] for name in metrics if name in found}
 
 
-def _percentile_bounds(rows: np.ndarray, resampled: np.ndarray) -> list[tuple[float, float]]:
+def percentile_bounds(rows: np.ndarray, resampled: np.ndarray) -> list[tuple[float, float]]:
     """Percentile interval of every row; of a row of equal values, nothing but that value."""
     low, high = np.percentile(resampled, _TAILS, axis=1)
     constant = rows[:, 0] == rows[:, -1]
@@ -75,16 +75,16 @@ def _resampled_means(rows: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarra
     n = rows.shape[1]
     cut = int(_TRIMMED * n)
     parts = []
-    for counts in _resampled_counts(n, seed):
+    for counts in resampled_counts(n, seed):
         middle = np.diff(np.clip(np.cumsum(counts, axis=1), cut, n - cut), axis=1, prepend=cut)
         parts.append((rows @ counts.T / n, rows @ middle.T / (n - 2 * cut)))
     means, iqms = (np.concatenate(part, axis=1) for part in zip(*parts))
     return means, iqms
 
 
-def _resampled_counts(n: int, seed: int) -> Iterator[np.ndarray]:
+def resampled_counts(n: int, seed: int | np.random.SeedSequence, batch: int | None = None) -> Iterator[np.ndarray]:
     """How often each of n values is drawn in a resample, float64[batch, n], batch by batch."""
-    rng, batch = np.random.default_rng(seed), max(1, _BATCH_NUMBERS // n)
+    rng, batch = np.random.default_rng(seed), batch or max(1, BATCH_NUMBERS // n)
     for first in range(0, RESAMPLES, batch):
         size = min(batch, RESAMPLES - first)
         drawn = rng.integers(0, n, (size, n)) + n * np.arange(size)[:, None]
@@ -113,13 +113,19 @@ def paired_mean_difference(a: np.ndarray, b: np.ndarray, seed: int = 0) -> Bound
     return found[""][0] if found else None
 
 
-def relative_difference(a: np.ndarray, b: np.ndarray, seed: int = 0) -> Interval | None:
-    """(IQM(a) - IQM(b)) / IQM(b) of episodes of the same seed, by pairs; None also where IQM(b) is 0."""
+def relative_mean_difference(a: np.ndarray, b: np.ndarray, seed: int = 0) -> Bounds | None:
+    """(mean(a) - mean(b)) / mean(b) of episodes of the same seed, by pairs; None also where mean(b) is not above 0.
+
+    The interval is NaN where the mean of b is not above 0 in a resample.
+    """
     both = ~(np.isnan(a) | np.isnan(b))
-    if not both.any() or interquartile_mean(b[both]) <= 0.0:
+    if not both.any() or b[both].mean() <= 0.0:
         return None
-    found = _bootstrapped((a[both], b[both]), seed, _relative_difference)
-    return None if found is None else Interval(found.value, found.low, found.high)
+    rows = np.stack([a[both], b[both]])
+    n = rows.shape[1]
+    means = np.concatenate([rows @ counts.T / n for counts in resampled_counts(n, seed)], axis=1)
+    edges = np.percentile(_relative(means), _TAILS).tolist()
+    return Bounds(float(_relative(rows.mean(axis=1))), edges[0], edges[1])
 
 
 def placed_between(values: np.ndarray, low: np.ndarray, high: np.ndarray, seed: int = 0) -> Bounds | None:
@@ -132,7 +138,7 @@ def placed_between(values: np.ndarray, low: np.ndarray, high: np.ndarray, seed: 
     if not rows.size or rows[2].mean() <= rows[1].mean():
         return None
     n = rows.shape[1]
-    means = np.concatenate([rows @ counts.T / n for counts in _resampled_counts(n, seed)], axis=1)
+    means = np.concatenate([rows @ counts.T / n for counts in resampled_counts(n, seed)], axis=1)
     edges = np.percentile(_places(means), _TAILS).tolist()
     return Bounds(float(_places(rows.mean(axis=1))), edges[0], edges[1])
 
@@ -162,7 +168,7 @@ def simultaneous(rows: Iterable[np.ndarray], statistic: Statistic = "mean", seed
 
 def _resampled_episodes(rows: np.ndarray, seed: int) -> Iterator[np.ndarray]:
     """Which episodes of `rows[R, n]` are drawn in a resample, int[batch, n], batch by batch."""
-    rng, batch, n = np.random.default_rng(seed), max(1, _BATCH_NUMBERS // rows.size), rows.shape[1]
+    rng, batch, n = np.random.default_rng(seed), max(1, BATCH_NUMBERS // rows.size), rows.shape[1]
     for first in range(0, RESAMPLES, batch):
         yield rng.integers(0, n, (min(batch, RESAMPLES - first), n))
 
@@ -177,7 +183,7 @@ def _bootstrapped(samples: tuple[np.ndarray, ...], seed: int, statistic: Callabl
         return Bounds(value, value, value)
     found = bootstrap(
         samples, statistic, paired=True, vectorized=True, confidence_level=CONFIDENCE, method="percentile",
-        n_resamples=RESAMPLES, batch=max(1, _BATCH_NUMBERS // n), rng=np.random.default_rng(seed),
+        n_resamples=RESAMPLES, batch=max(1, BATCH_NUMBERS // n), rng=np.random.default_rng(seed),
     ).confidence_interval  # fmt: skip
     return Bounds(value, float(found.low), float(found.high))
 
@@ -186,9 +192,9 @@ def _difference(a: np.ndarray, b: np.ndarray, axis: int = -1) -> np.ndarray:
     return interquartile_mean(a, axis) - interquartile_mean(b, axis)
 
 
-def _relative_difference(a: np.ndarray, b: np.ndarray, axis: int = -1) -> np.ndarray:
-    base = interquartile_mean(b, axis)
-    return (interquartile_mean(a, axis) - base) / np.maximum(base, np.finfo(float).tiny)
+def _relative(means: np.ndarray) -> np.ndarray:
+    """means[0] over means[1], less 1; NaN where the latter is not above 0."""
+    return (means[0] - means[1]) / np.where(means[1] > 0.0, means[1], np.nan)
 
 
 def _places(means: np.ndarray) -> np.ndarray:

@@ -27,6 +27,7 @@ from trust_env.scenario.yaml_lines import read_yaml, write_yaml
 
 MOST_BETWEEN_EVALUATIONS = 250_000  # steps, where nothing is said
 TRAINING_SEEDS = 2**62  # worlds of training have seeds from here on, so that all below are held out
+VALIDATION_SEEDS = TRAINING_SEEDS + 2**61  # from here on they are for choosing among attacks that were found
 
 # Torch and NumPy take seeds of 32 bits.
 RunSeed = Annotated[Whole, Field(ge=0, lt=2**32)]

@@ -15,7 +15,15 @@ import numpy as np
 
 from trust_env.compiled.kernels import kernel
 from trust_env.defenses.base import ACCEPT, BuiltIn
-from trust_env.defenses.joint.areas import RATE, count_alone, learn_dispersion, survey, weigh_counts
+from trust_env.defenses.joint.areas import (
+    RATE,
+    count_alone,
+    count_gone,
+    count_tracks,
+    learn_dispersion,
+    survey,
+    weigh_counts,
+)
 from trust_env.defenses.joint.hypotheses import (
     EXACT,
     MOST_AGENTS,
@@ -72,7 +80,7 @@ class JointPosterior(BuiltIn):
                    they are too good
     counts         tracks are spread over what is covered, as unevenly as they are where several agents watch
     departures     a target that has left is missed by those who watch; one look in `gap` is the first of such
-    memory         of tracks that are gone (0: off), as a factor per frame
+    memory         tracks that are gone still say what they said, and still count (0: off); a factor per frame
     cap_track      no track outweighs this many nats (60: off); cap_dead, cap_motion, cap_fit and cap_count are the
                    same of a track that is gone, of the motion, of the fit and of the count
 
@@ -87,17 +95,19 @@ class JointPosterior(BuiltIn):
         "members": "i8 Sets | bit k: agent k is in the set",
         "parent": "i8 Sets | the set without its lowest agent",
         "lowest": "i8 Sets | that agent",
-        "share": "f8 Cases | φ of a case",
-        "withheld": "i8 Cases | the place of its s in levels",
-        "mode": "i8 Cases",
         "levels": "f8 Levels | s",
         "first": "i8 4 | the first case of each class",
         "case": "i8 Behaviours 3 | by class",
         "alone": "i8 Behaviours | the place of its φ_alone",
-        "prior": "f8 Behaviours | ln p(g)",
+        "prior": "f8 Behaviours | p(g)",
+        "modes": "i8 Modes",
+        "shares": "i8 3 | how many φ by class",
+        "natural": "f8 | φ where nobody of the set watches",
+        "together_share": "f8 SharedShares | φ_together",
         "alone_share": "f8 Shares | φ_alone",
         "scales": "f8 Scales | σ_c² as shares of the velocity variance of a new track",
         "urn_prior": "f8 Scales | tracks",
+        "most_motion": "f8 | likelihood ratio",
         "least": "f8 | of an agent's likelihood, in units of its greatest",
         "ln_eps": "f8 | ln ε",
         "ln_not_eps": "f8 | ln(1 - ε)",
@@ -132,6 +142,12 @@ class JointPosterior(BuiltIn):
         "others_area": "f8 Sets | that somebody else covers",
         "alone_count": "f8 Sets | tracks that only the set watches",
         "others_count": "f8 Sets | real tracks that somebody else watches",
+        "gone_alone": "f8 Sets | tracks that are gone, which only the set watched",
+        "gone_others": "f8 Sets | real ones, which somebody else watched",
+        "gone_region": "f8 Regions | tracks that are gone",
+        "region_count": "f8 Regions | tracks, gone ones too",
+        "alone_found": "f8 Sets | tracks in regions that only the set covers",
+        "last_trust": "f8 J | P(real)",
         "dispersion": "f8 3 | of counts: (n - μ)², μ, μ²",
         "frames": "f8",
         "usual_fit": "f8 | Σ d²/2",
@@ -151,12 +167,11 @@ class JointPosterior(BuiltIn):
         "product": "f8 Sets Cases",
         "log_product": "f8 Sets Cases | nats",
         "urn_now": "f8 Sets Scales",
-        "count_gain": "f8 Sets Shares | nats",
+        "count_ratio": "f8 Sets Shares",
         "weight": "f8 Sets | w(A)",
-        "behaviour": "f8 Behaviours",
         "case_weight": "f8 Sets Cases",
         "others_now": "f8 Sets",
-        "region_count": "f8 Regions",
+        "share_now": "f8 Sets MostShares | φ of the track in hand",
     }
     needs: ClassVar = ("innovations", "inside", "coverage")
 
@@ -186,7 +201,7 @@ class JointPosterior(BuiltIn):
         departures: bool = True,
         edges: bool = True,
         cap_track: float = 6.0,
-        cap_dead: float = 12.0,
+        cap_dead: float = 2.0,
         cap_motion: float = 6.0,
         cap_fit: float = 12.0,
         cap_count: float = 8.0,
@@ -206,12 +221,16 @@ class JointPosterior(BuiltIn):
                 f"joint_posterior: most = {self._given['most']}: {n_agents} agents have {sets} sets of at most so many "
                 f"adversaries; expected at most {MOST_SETS} sets"
             )
+        given = self._given
         return {
             "Sets": sets,
-            "Cases": len(tables.share),
-            "Levels": len(tables.levels),
+            "Cases": int(tables.first[-1]),
             "Behaviours": len(tables.prior),
-            "Shares": len(self._given["alone"]),
+            "Levels": len(given["withheld"]),
+            "Modes": len(self._modes),
+            "Shares": len(given["alone"]),
+            "MostShares": max(len(given["alone"]), len(given["together"])),
+            "SharedShares": len(given["together"]),
             "Scales": len(SCALES),
             "Regions": min(2**n_agents, CELLS),
         }
@@ -226,7 +245,12 @@ class JointPosterior(BuiltIn):
         tables = adversary_sets(n_agents, most)._asdict() | self._behaviours()._asdict()
         return tables | {
             **{name: given[name] for name in self.parameters if name in given and name not in tables},
+            "levels": given["withheld"],
+            "shares": (1, len(given["together"]), len(given["alone"])),
+            "modes": self._modes,
+            "together_share": given["together"],
             "alone_share": given["alone"],
+            "most_motion": math.exp(given["cap_motion"]),
             "scales": SCALES,
             "urn_prior": given["standing_weight"] * scales,
             "least": 10.0 ** (_LEAST_EXPONENT / n_agents),
@@ -234,12 +258,13 @@ class JointPosterior(BuiltIn):
             "ln_not_eps": math.log1p(-given["eps"]),
         }
 
+    @property
+    def _modes(self) -> list[int]:
+        return [PLAIN, *[STANDING] * self._given["kinematics"], *[EXACT] * self._given["exactness"]]
+
     def _behaviours(self) -> Behaviours:
-        given = self._given
-        modes = [PLAIN, *[STANDING] * given["kinematics"], *[EXACT] * given["exactness"]]
-        return behaviours(
-            given["natural"], given["together"], given["alone"], given["withheld"], modes, given["dormant"]
-        )
+        alone, together, withheld = (len(self._given[name]) for name in ("alone", "together", "withheld"))
+        return behaviours(alone, together, withheld, len(self._modes), self._given["dormant"])
 
     @staticmethod
     @kernel
@@ -251,7 +276,8 @@ class JointPosterior(BuiltIn):
             forget_track(world, j)
         for a in range(joint.members.shape[0]):
             joint.alone_count[a], joint.others_count[a] = np.nan, np.nan
-            for y in range(joint.share.shape[0]):
+            joint.gone_alone[a], joint.gone_others[a] = 0.0, 0.0
+            for y in range(joint.first[3]):
                 joint.past[a, y] = 0.0
             for s in range(joint.scales.shape[0]):
                 joint.urn[a, s] = joint.urn_prior[s]
@@ -271,9 +297,12 @@ class JointPosterior(BuiltIn):
         count_looks(world)
         compare_motions(world)
         listed = list_confirmed(world)
-        _weigh_tracks(world, listed)
+        for c in range(listed):
+            note_watchers(world, c, world.scratch.listing[c])
+        count_tracks(world, listed)
         learn_dispersion(world, listed)
         count_alone(world, listed)
+        _weigh_tracks(world, listed)
         weigh_counts(world)
         weigh_hypotheses(world)
         _conclude_on_agents(world)
@@ -286,11 +315,15 @@ def _fade(world):
     joint = world.joint_posterior
     for a in range(joint.members.shape[0]):
         joint.others_now[a] = 0.0
-        for y in range(joint.share.shape[0]):
+        joint.gone_alone[a] *= joint.memory
+        joint.gone_others[a] *= joint.memory
+        for y in range(joint.first[3]):
             joint.past[a, y] *= joint.memory
             joint.product[a, y], joint.log_product[a, y] = 1.0, 0.0
         for s in range(joint.scales.shape[0]):
             joint.urn_now[a, s] = joint.urn_prior[s] + joint.memory * (joint.urn[a, s] - joint.urn_prior[s])
+    for q in range(joint.regions):
+        joint.gone_region[q] *= joint.memory
     joint.usual_fit, joint.usual_fits = (1.0 - FIT_RATE) * joint.usual_fit, (1.0 - FIT_RATE) * joint.usual_fits
 
 
@@ -304,6 +337,7 @@ def _bury_tracks(world):
                 note_watchers(world, 0, j)
                 weigh_patterns(world, 0, j)
                 remember_track(world, 0, weigh_track(world, 0, j))
+                count_gone(world, 0, joint.last_trust[j])
             forget_track(world, j)
     for a in range(joint.members.shape[0]):
         for s in range(joint.scales.shape[0]):
@@ -317,14 +351,12 @@ def _weigh_tracks(world, listed):
     together = int(600.0 / joint.cap_track)  # tracks whose product cannot underflow
     for c in range(listed):
         j = world.scratch.listing[c]
-        note_watchers(world, c, j)
         weigh_patterns(world, c, j)
         weigh_motion(world, j)
         weigh_fit(world, j)
         multiply_track(world, c, weigh_track(world, c, j))
         if c % together == together - 1:
             take_logarithms(world)
-    take_logarithms(world)
 
 
 @kernel
@@ -346,11 +378,11 @@ def _conclude_on_tracks(world, listed):
     joint, verdict = world.joint_posterior, world.verdict
     for j in range(world.tracks.count):
         count_absence(world, j)
-        joint.was_listed[j] = False
     for c in range(listed):
         j = world.scratch.listing[c]
         real = min(1.0, max(0.0, probability_of_real(world, c)))
         learn_fit(world, c, j, real)
+        joint.last_trust[j] = real
         trust = real * _still_there(world, j)
         verdict.track_trust[j], verdict.track_trust_var[j] = trust, trust * (1.0 - trust)
         verdict.publish[j], joint.was_listed[j] = trust >= ACCEPT, True

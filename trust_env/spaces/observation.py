@@ -8,7 +8,7 @@ All entries are float32 in [-1, 1]. Positions are scaled either to the agent's o
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, overload
 
@@ -132,7 +132,10 @@ class ObservationTable(Mapping[str, Field]):
     ) -> dict[str, np.ndarray]: ...
 
     def read(
-        self, observation: np.ndarray, agents: Agents | str | None = None, names: Collection[str] | str | None = None
+        self,
+        observation: np.ndarray,
+        agents: Agents | str | None = None,
+        names: tuple[str, ...] | list[str] | str | None = None,
     ) -> dict[str, np.ndarray] | np.ndarray:
         """The fields of `observation[..., O]` in metres and m/s (float64), masks as booleans.
 

@@ -116,7 +116,7 @@ def test_intervals_of_several_metrics_are_those_of_each_alone(n):
 def test_intervals_do_not_depend_on_how_many_resamples_are_in_memory(monkeypatch):
     values = {"a": np.random.default_rng(0).normal(size=30)}
     whole = mean_intervals(values)["a"]
-    monkeypatch.setattr("trust_env.training.evaluation.statistics._BATCH_NUMBERS", 3000)
+    monkeypatch.setattr("trust_env.training.evaluation.statistics.BATCH_NUMBERS", 3000)
     for found, expected in zip(mean_intervals(values)["a"], whole):
         assert found == pytest.approx(expected, abs=1e-12)
 

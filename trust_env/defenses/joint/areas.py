@@ -7,12 +7,13 @@ import math
 import numpy as np
 
 from trust_env.compiled.kernels import inlined, kernel
-from trust_env.defenses.joint.hypotheses import ALONE
+from trust_env.defenses.joint.hypotheses import ALONE, TOGETHER
 from trust_env.defenses.joint.patterns import class_of, has_several
 
 RATE = 0.1  # of the moving averages of counts
 LEAST_RATE = 0.02  # of the dispersion
 LEAST_AREA = 0.01  # of a region whose tracks tell of the dispersion
+MOST_SHARE = 0.95  # of false tracks in a region
 AREA_FLOOR, OTHERS_FLOOR = 0.02, 0.1  # added to areas, which are shares of what is covered
 LEAST_DISPERSION, MOST_DISPERSION = 0.1, 10.0
 
@@ -62,8 +63,24 @@ def _region_of(world, watchers):
         if joint.region[q] == watchers:
             return q
     joint.region[joint.regions], joint.region_area[joint.regions] = watchers, 0.0
+    joint.gone_region[joint.regions] = 0.0
     joint.regions += 1
     return joint.regions - 1
+
+
+@kernel
+def count_tracks(world, listed):
+    """Tracks by region, and how many lie in regions that only a set covers; those that are gone count, too."""
+    joint = world.joint_posterior
+    for q in range(joint.regions):
+        joint.region_count[q] = joint.gone_region[q]
+        for c in range(listed):
+            joint.region_count[q] += joint.region[q] == joint.watchers[c]
+    for a in range(joint.members.shape[0]):
+        joint.alone_found[a] = 0.0
+        for q in range(joint.regions):
+            if joint.region[q] & ~joint.members[a] == 0:
+                joint.alone_found[a] += joint.region_count[q]
 
 
 @kernel
@@ -72,16 +89,12 @@ def learn_dispersion(world, listed):
     (n - μ)², μ and μ², with μ the region's part of all tracks in such regions.
     """
     joint, tracks, area = world.joint_posterior, 0.0, 0.0
+    for c in range(listed):
+        tracks += has_several(joint.watchers[c])
     for q in range(joint.regions):
-        joint.region_count[q] = 0.0
         if has_several(joint.region[q]):
             area += joint.region_area[q]
-    for c in range(listed):
-        if has_several(joint.watchers[c]):
-            tracks += 1.0
-            for q in range(joint.regions):
-                if joint.region[q] == joint.watchers[c]:
-                    joint.region_count[q] += 1.0
+            tracks += joint.gone_region[q]
     density, square, mean, mean_square = (tracks + 0.5) / (area + 0.05), 0.0, 0.0, 0.0
     for q in range(joint.regions):
         if has_several(joint.region[q]) and joint.region_area[q] > LEAST_AREA:
@@ -112,26 +125,75 @@ def count_alone(world, listed):
 
 
 @kernel
-def weigh_counts(world):
-    """`count_gain[A, X]`: by how much a share φ of false tracks explains the count n of tracks that only A watches.
+def count_gone(world, c, real):
+    """A track that is gone still counts."""
+    joint = world.joint_posterior
+    for a in range(joint.members.shape[0]):
+        joint.gone_alone[a] += class_of(joint.members[a], joint.watchers[c]) == ALONE
+        if joint.watchers[c] & ~joint.members[a] != 0:
+            joint.gone_others[a] += real
+    for q in range(joint.regions):
+        if joint.region[q] == joint.watchers[c]:
+            joint.gone_region[q] += 1.0
 
-    ln NB((1-φ) n; μ, k) - ln NB(n; μ, k), clipped, for φ above the least, with μ = (M + 1)/(B + .1) (x + .02): M the
-    tracks that others watch, B the area that they cover, x the area that only A covers. 1/k is the learnt
+
+@kernel
+def spread_shares(world, c):
+    """`share_now[A]`: the shares φ of false tracks by who of A watches the track in place c.
+
+    Where only A watches, real tracks spread by area, so that of n_A such tracks, on the area x_A, (1-φ) n_A a_q/x_A
+    are real ones in a region of area a_q; the others of the n_q tracks there are false.
+    """
+    joint, region = world.joint_posterior, -1
+    for q in range(joint.regions):
+        if joint.region[q] == joint.watchers[c]:
+            region = q
+    for a in range(joint.members.shape[0]):
+        watched = class_of(joint.members[a], joint.watchers[c])
+        if watched == ALONE:
+            _spread_share(world, a, region)
+        elif watched == TOGETHER:
+            for x in range(joint.together_share.shape[0]):
+                joint.share_now[a, x] = joint.together_share[x]
+        else:
+            joint.share_now[a, 0] = joint.natural
+
+
+@kernel
+def _spread_share(world, a, region):
+    joint, now, real = world.joint_posterior, world.joint_posterior.share_now[a], 1.0
+    spread = region >= 0 and joint.region_count[region] > 0.0
+    if spread:
+        area = (joint.region_area[region] + AREA_FLOOR) / (joint.alone_area[a] + AREA_FLOOR)
+        real = joint.alone_found[a] * area / joint.region_count[region]
+    now[0] = joint.alone_share[0]
+    for x in range(1, joint.alone_share.shape[0]):
+        now[x] = joint.alone_share[x]
+        if spread:
+            now[x] = min(MOST_SHARE, max(now[0], 1.0 - (1.0 - now[x]) * real))
+
+
+@kernel
+def weigh_counts(world):
+    """`count_ratio[A, X]`: how much better a share φ of false tracks explains the count n of those that only A watches.
+
+    NB((1-φ) n; μ, k)/NB(n; μ, k), its logarithm clipped, for φ above the least, with μ = (M + 1)/(B + .1) (x + .02):
+    M the tracks that others watch, B the area that they cover, x the area that only A covers. 1/k is the learnt
     dispersion plus 1/(M + 1), as M is uncertain itself.
     """
     joint, d = world.joint_posterior, world.joint_posterior.dispersion
     inverse = min(MOST_DISPERSION, max(LEAST_DISPERSION, (d[0] - d[1] + 1.0) / (d[2] + 2.0)))
     for a in range(joint.members.shape[0]):
-        others, n = joint.others_count[a], joint.alone_count[a]
+        others, n = joint.others_count[a] + joint.gone_others[a], joint.alone_count[a] + joint.gone_alone[a]
         mean = (others + 1.0) / (joint.others_area[a] + OTHERS_FLOOR) * (joint.alone_area[a] + AREA_FLOOR)
         k = 1.0 / (inverse + 1.0 / (others + 1.0))
-        joint.count_gain[a, 0] = 0.0
+        joint.count_ratio[a, 0] = 1.0
+        whole = log_negative_binomial(n, k, mean)
         for x in range(1, joint.alone_share.shape[0]):
-            joint.count_gain[a, x] = 0.0
+            joint.count_ratio[a, x] = 1.0
             if joint.counts != 0.0 and n > 0.0:
-                left = n * (1.0 - joint.alone_share[x])
-                gain = log_negative_binomial(left, k, mean) - log_negative_binomial(n, k, mean)
-                joint.count_gain[a, x] = min(joint.cap_count, max(-joint.cap_count, gain))
+                gain = log_negative_binomial(n * (1.0 - joint.alone_share[x]), k, mean) - whole
+                joint.count_ratio[a, x] = math.exp(min(joint.cap_count, max(-joint.cap_count, gain)))
 
 
 @inlined

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from itertools import combinations, product
 from typing import NamedTuple
 
@@ -34,17 +33,12 @@ class Behaviours(NamedTuple):
 
     A track's likelihood depends on who watches it, and only on a part of g: on s where nobody of the set watches,
     on (φ_together, s, mode) where some and others do, on (φ_alone, s, mode) where only they do. These are the
-    *cases*; those of class c are `first[c]` to `first[c + 1] - 1`.
+    *cases*, in this order; those of class c are `first[c]` to `first[c + 1] - 1`.
 
-    share: float64[Y], φ; withheld: int64[Y], the place of s in `levels`; mode: int64[Y]; levels: float64[S];
-    case: int64[B, 3], a behaviour's case by class; alone: int64[B], the place of its φ_alone; prior: float64[B],
-    ln p(g).
+    first: int64[4]; case: int64[B, 3], a behaviour's case by class; alone: int64[B], the place of its φ_alone;
+    prior: float64[B], p(g).
     """
 
-    share: np.ndarray
-    withheld: np.ndarray
-    mode: np.ndarray
-    levels: np.ndarray
     first: np.ndarray
     case: np.ndarray
     alone: np.ndarray
@@ -73,31 +67,18 @@ def adversary_sets(n_agents: int, most: int) -> Sets:
     return Sets(*(np.array(column, dtype=np.int64) for column in (members, parent, lowest)))
 
 
-def behaviours(
-    natural: float,
-    together: Sequence[float],
-    alone: Sequence[float],
-    levels: Sequence[float],
-    modes: Sequence[int],
-    dormant: float,
-) -> Behaviours:
-    """The tables of all combinations; the one that does least, in any mode, has the prior probability `dormant`."""
-    s_places = range(len(levels))
-    cases = [(natural, s, PLAIN) for s in s_places]
-    first = [0, len(cases)]
-    for shares in (together, alone):
-        cases += product(shares, s_places, modes)
-        first.append(len(cases))
-    combined = list(product(range(len(alone)), range(len(together)), s_places, range(len(modes))))
-    case = [(s, *(first[c + 1] + (p * len(levels) + s) * len(modes) + m for c, p in ((0, i), (1, x))))
-            for x, i, s, m in combined]  # fmt: skip
-    idle = np.array([x == i == s == 0 for x, i, s, _ in combined])
+def behaviours(alone: int, together: int, levels: int, modes: int, dormant: float) -> Behaviours:
+    """The tables of all combinations of so many φ_alone, φ_together, s and modes, each from the least to the
+    greatest; the behaviours that do least, in any mode, have the prior probability `dormant`, the others share the
+    rest.
+    """
+    first = np.cumsum([0, levels, together * levels * modes, alone * levels * modes])
+    places = np.array(list(product(range(alone), range(together), range(levels), range(modes))))
+    x, i, s, m = places.T
+    case = np.stack([s, first[1] + (i * levels + s) * modes + m, first[2] + (x * levels + s) * modes + m], axis=1)
+    idle = (x == 0) & (i == 0) & (s == 0)
     weights = np.where(idle, dormant / idle.sum(), (1.0 - dormant) / max(1, (~idle).sum()))
-    share, withheld, mode = (np.array(column) for column in zip(*cases, strict=True))
-    with np.errstate(divide="ignore"):
-        prior = np.log(weights / weights.sum())
-    places = np.array([x for x, _, _, _ in combined])
-    return Behaviours(share, withheld, mode, np.array(levels), np.array(first), np.array(case), places, prior)
+    return Behaviours(first, case, x, weights / weights.sum())
 
 
 @kernel

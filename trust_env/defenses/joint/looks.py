@@ -13,7 +13,8 @@ LARGE_FIT = 9.0  # d² from which on all hits fit equally badly
 FIT_AGE = 3  # frames from which on d² says something: before, the filter is young
 LEAST_INSIDE = 0.01  # negligible probability that a track lies in an FOV
 MOST_ABSENT = 8.0  # looks
-MOST_MOTION = 20.0  # nats
+MOST_MOTION = 10.0  # nats
+MOST_LOSS = 3.0  # nats, by one hit, which may be another target's
 MEAN_HITS = 50.0  # over which the mean of a track's hits is taken
 
 
@@ -101,7 +102,7 @@ def _compare_hit(world, k, j, point):
         squared = (noise[1, 1] * dx * dx - 2.0 * noise[0, 1] * dx * dy + noise[0, 0] * dy * dy) / det / (1.0 + 1.0 / n)
         volumes = (cov[0, 0] * cov[1, 1] - cov[0, 1] * cov[1, 0]) / (det * (1.0 + 1.0 / n) ** 2)
         gain = 0.5 * (world.evidence.distance2[k, j] - squared + math.log(volumes))
-        joint.stands[j] = min(MOST_MOTION, max(-MOST_MOTION, joint.stands[j] + gain))
+        joint.stands[j] = min(MOST_MOTION, max(-MOST_MOTION, joint.stands[j] + max(-MOST_LOSS, gain)))
     n = min(MEAN_HITS, n + 1.0)
     joint.mean_hits[j] = n
     mean[0] += (point[0] - mean[0]) / n

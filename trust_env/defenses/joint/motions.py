@@ -61,28 +61,28 @@ def weigh_fit(world, j):
 @inlined
 def motion_of_real(world, j, a):
     """Likelihood of the motion of a real track, by the tracks that set a's urn has seen."""
-    joint, urn, total, likelihood = world.joint_posterior, world.joint_posterior.urn_now[a], 0.0, 0.0
-    for s in range(joint.scales.shape[0]):
+    urn, motion, total, likelihood = world.joint_posterior.urn_now[a], world.joint_posterior.motion[j], 0.0, 0.0
+    for s in range(urn.shape[0]):
         total += urn[s]
-        likelihood += urn[s] * joint.motion[j, s]
+        likelihood += urn[s] * motion[s]
     return likelihood / total
 
 
 @inlined
 def learn_motion(world, j, a):
     """The urn of set a takes a real track, one in all, shared among the scales."""
-    joint, urn, total = world.joint_posterior, world.joint_posterior.urn_now[a], 0.0
-    for s in range(joint.scales.shape[0]):
-        total += urn[s] * joint.motion[j, s]
-    for s in range(joint.scales.shape[0]):
-        urn[s] += urn[s] * joint.motion[j, s] / total
+    urn, motion, total = world.joint_posterior.urn_now[a], world.joint_posterior.motion[j], 0.0
+    for s in range(urn.shape[0]):
+        total += urn[s] * motion[s]
+    for s in range(urn.shape[0]):
+        urn[s] += urn[s] * motion[s] / total
 
 
 @kernel
 def weigh_modes(world, c, j, a):
     """`mark[c, A, mode]`: likelihood ratios of a false track of set a to one that is like real ones."""
     joint, mark = world.joint_posterior, world.joint_posterior.mark[c, a]
-    limit, real = math.exp(joint.cap_motion), motion_of_real(world, j, a)
+    limit, real = joint.most_motion, motion_of_real(world, j, a)
     standing = min(limit, max(1.0 / limit, joint.motion[j, 0] / max(real, 1e-300)))
     mark[PLAIN] = 1.0
     mark[STANDING] = 1.0 - MARKED + MARKED * standing

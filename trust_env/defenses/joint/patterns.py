@@ -81,12 +81,14 @@ def class_of(members, watchers):
 @kernel
 def weigh_sets(world, c):
     """L1[A, s] and L0[A]: likelihoods of the track in place c, real and false, under every set."""
-    joint, levels = world.joint_posterior, world.joint_posterior.levels.shape[0]
-    joint.false_likelihood[0] = joint.false[c]
-    for s in range(levels):
-        joint.real_likelihood[0, s] = joint.real[c]
-    for a in range(1, joint.members.shape[0]):
-        k, parent = joint.lowest[a], joint.parent[a]
-        joint.false_likelihood[a] = joint.false_likelihood[parent] * joint.false_ratio[c, k]
-        for s in range(levels):
-            joint.real_likelihood[a, s] = joint.real_likelihood[parent, s] * joint.real_ratio[c, k, s]
+    joint = world.joint_posterior
+    real, false, lowest, parent = joint.real_likelihood, joint.false_likelihood, joint.lowest, joint.parent
+    real_ratio, false_ratio = joint.real_ratio[c], joint.false_ratio[c]
+    false[0] = joint.false[c]
+    for s in range(real.shape[1]):
+        real[0, s] = joint.real[c]
+    for a in range(1, parent.shape[0]):
+        k, before = lowest[a], parent[a]
+        false[a] = false[before] * false_ratio[k]
+        for s in range(real.shape[1]):
+            real[a, s] = real[before, s] * real_ratio[k, s]

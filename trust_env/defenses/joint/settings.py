@@ -11,9 +11,9 @@ _NAME = "joint_posterior"
 _OPEN = ("pi", "eps", "tau", "standing", "platform_share")
 _FROM_ZERO = ("kappa", "r", "gamma", "memory", "dormant", "natural", "gap", "platform_prior")
 _SWITCHES = ("counts", "kinematics", "exactness", "departures", "edges")
-_POSITIVE = ("standing_weight", "cap_dead", "cap_motion", "cap_fit", "cap_count")
+_CAPS = ("cap_dead", "cap_motion", "cap_fit", "cap_count")
 _GRIDS = ("alone", "together", "withheld")
-LEAST_CAP, MOST_CAP = 1.0, 60.0  # nats, of a track; the greatest caps nothing
+LEAST_CAP, MOST_CAP = 1.0, 60.0  # nats; the least of a track, and what caps nothing
 
 
 def check_settings(given: Mapping[str, Any]) -> None:
@@ -24,8 +24,9 @@ def check_settings(given: Mapping[str, Any]) -> None:
         number(_NAME, name, given[name], 0.0, 1.0, ends="[)")
     for name in _SWITCHES:
         choice(_NAME, name, given[name], (False, True))
-    for name in _POSITIVE:
-        number(_NAME, name, given[name], 0.0, 1e6, ends="(]")
+    for name in _CAPS:
+        number(_NAME, name, given[name], 0.0, MOST_CAP)
+    number(_NAME, "standing_weight", given["standing_weight"], 0.0, 1e6, ends="(]")
     number(_NAME, "cap_track", given["cap_track"], LEAST_CAP, MOST_CAP)
     whole(_NAME, "most", given["most"], 1, 10)
     for name in _GRIDS:
