@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 from rich.box import SIMPLE_HEAD
@@ -40,8 +42,11 @@ COLUMNS: dict[str, Heading] = {
 _ABSENT = "nobody attacks, or the defense has no opinion"
 
 
-def print_overview(results: Results, console: Console) -> None:
-    """The table, a line for each column, the notes, and how to see the worst episode again."""
+def print_overview(results: Results, console: Console, out: Path | None = None) -> None:
+    """The table, a line for each column, the notes, and how to see the worst episode again.
+
+    out: the folder that the results are in, None: they are in none.
+    """
     console.print(overview_table(results, console.width))
     episodes = f"{results.episodes} episode{'s' if results.episodes > 1 else ''}"
     console.print(f"{results.scenario}, seed {results.seed}: means over {episodes} a cell, 95 % intervals below")
@@ -52,16 +57,23 @@ def print_overview(results: Results, console: Console) -> None:
     for note in results.notes:
         _say(console, note)
     if results.cells:
-        print_replay(results, console)
+        _print_replay(results, console, out)
     _say(console, "more: --metric all, or the metrics of `trust-env metrics list` by name")
 
 
-def print_replay(results: Results, console: Console) -> None:
-    """The lines of Python that begin the worst episode of all cells again."""
-    cell = max(results.cells, key=lambda cell: cell.metrics[DAMAGE].max())
+def _print_replay(results: Results, console: Console, out: Path | None) -> None:
+    """How to see the worst episode of all cells again: a command, or Python where the scenario is an object."""
+    at, cell = max(enumerate(results.cells), key=lambda entry: entry[1].metrics[DAMAGE].max())
     world = worst_world(cell, DAMAGE)
-    _say(console, f"the worst episode, world {world} of {cell.attack} x {cell.defense}, again:")
-    for line in results.replay_code(cell, world).splitlines():
+    episode = (cell.attack, cell.defense, results.seed, world)
+    if out is not None:
+        text = shlex.join(["trust-env", "replay", str(out), "--row", str(at * results.episodes + world)])
+    elif results.setting.source is not None:
+        text = results.setting.replay_command(*episode)
+    else:
+        text = results.setting.replay_code(*episode)
+    _say(console, "the worst episode, to look at:")
+    for line in text.splitlines():
         console.print(Text(f"  {line}", style="dim"), soft_wrap=True)
 
 
