@@ -85,7 +85,7 @@ def test_a_row_of_a_folder_is_named_by_its_number(cli, tmp_path):
 
 def test_a_knowledge_level_that_an_attack_needs_stands_in_the_code_and_in_the_results():
     options = {"episodes": 1, "max_cycles": 2, "progress": False}
-    found = training.evaluate("patrol", "optimal_false_positive", "score", **options)
+    found = training.evaluate("patrol", "fov_aware", "score", **options)
     assert found.knowledge == "poses" == found.setting.changes["knowledge"]
     assert training.evaluate("trio", "honest", "score", **options).setting == Setting("trio", {}, 2)
     of_mapping = training.evaluate({"base": "trio"}, "honest", "score", **options)
