@@ -91,7 +91,9 @@ class Evaluation:
         """Damage of every cell and episode; and of every cell and frame mean, 10 % and 90 % quantile of `COURSES`."""
         cells = self.results.cells
         arrays = {"damage": np.stack([cell.metrics[DAMAGE] for cell in cells])}
-        nothing = Details({name: np.full((0, len(STATISTICS)), np.nan) for name in COURSES}, np.zeros((2, N_SCORES), int))
+        nothing = Details(
+            {name: np.full((0, len(STATISTICS)), np.nan) for name in COURSES}, np.zeros((2, N_SCORES), int)
+        )
         details = [self.details.get(cell.key, nothing) for cell in cells]
         for name in COURSES:
             for column, statistic in enumerate(STATISTICS):

@@ -269,7 +269,11 @@ def test_a_full_disk_keeps_the_finished_cells(tmp_path, monkeypatch):
     with pytest.raises(OSError, match=r"No space left on device.*courses\.parquet"):
         _evaluate(tmp_path / "out")
     monkeypatch.undo()
-    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["courses.parquet", "results.json", "results.parquet"]
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == [
+        "courses.parquet",
+        "results.json",
+        "results.parquet",
+    ]
     assert set(pq.read_table(tmp_path / "out" / "results.parquet")["attack"].to_pylist()) == {"honest"}
     assert _same(_evaluate(tmp_path / "out", resume=True), full)
 
