@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from attack_runs import VARIANTS, injected, play
+from attack_runs import VARIANTS, injected, patrol_for, play
 
 from trust_env.agents import Player
 from trust_env.scenario import load_scenario
@@ -17,7 +17,7 @@ pytestmark = pytest.mark.core
 def test_actions_stay_within_budgets(attack: str) -> None:
     budget = {"injections": 1, "suppressions": 2}
     agents = [{"role": "adversary", "budget": budget}, {"role": "adversary"}, {"role": "benign"}]
-    scenario = load_scenario({"base": "patrol", "knowledge": "poses", "agents": agents})
+    scenario = load_scenario({"base": "patrol", "knowledge": patrol_for(attack).knowledge, "agents": agents})
     for env, actions in play(scenario, attack, 5, 8):
         slots, entries = actions[..., :12].reshape(8, 3, 4, 3), actions[..., 12:]
         assert (slots[:, 0, 1:, 0] <= 0).all() and (entries[:, 0, 2:] <= 0).all()
