@@ -19,7 +19,7 @@ from trust_env.scenario import Fovs, Scenario
 from trust_env.spaces.action import ActionTable
 from trust_env.spaces.observation import ObservationTable
 from trust_env.spec import Spec
-from trust_env.world.random import POLICY, uniforms
+from trust_env.world.random import POLICY, uniform_sets
 
 # What random numbers are for. The index of a stream has 24 bits: here 6 of agent, 4 of purpose, 14 of index.
 ACTION, PLACE, MOVE, FIRE, CHOOSE, CANDIDATE, NOISE = range(7)
@@ -109,8 +109,10 @@ class Policy:
         raise NotImplementedError(f"{type(self).__name__} needs {missing}")
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
-        """Hook: what a search for the worst attack may try, by parameter; empty: nothing to search."""
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
+        """Hook: what a search for the worst attack may try, by parameter; empty: nothing to search. given: the
+        parameters that are not searched, as they are given.
+        """
         return {}
 
     def draw(self, purpose: int, count: int, rows: _Rows = _ALL, agents: np.ndarray | None = None) -> np.ndarray:
@@ -121,11 +123,8 @@ class Policy:
         c, frame = self.context, self.frame[rows]
         worlds, episodes = c.worlds[rows], c.episodes[rows]
         agents = c.agents if agents is None else agents
-        out = np.empty((len(frame), len(agents), count))
-        for i, k in enumerate(agents):
-            first = (int(k) << 18) | (purpose << 14)
-            out[:, i] = uniforms(c.seed, worlds, episodes, POLICY, frame, count, first)
-        return out
+        firsts = [(int(k) << 18) | (purpose << 14) for k in agents]
+        return uniform_sets(c.seed, worlds, episodes, POLICY, frame, count, firsts).swapaxes(0, 1)
 
     def zero_actions(self) -> np.ndarray:
         """The honest action float32[W, n, A]: zeros."""

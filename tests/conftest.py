@@ -18,6 +18,7 @@ EXTRAS = {
     "plot": ("matplotlib",),
     "render": ("pygame",),
     "bench": ("mpe2", "stonesoup"),
+    "browser": ("playwright", "PIL"),
     "ray": ("ray",),
     "clients": ("ray", "torchrl", "tianshou", "supersuit", "stable_baselines3"),
     "agilerl": ("agilerl",),

@@ -15,7 +15,17 @@ from trust_env.scenario.memory import bytes_by_field
 from trust_env.scenario.types import Within
 
 BUILT_IN = ("patrol", "trio", "case1", "theorem")
-_DRAWN_AS_A_WHOLE = ("name", "description", "agents", "injections", "area", "noise_cov", "vertices", "data")
+_DRAWN_AS_A_WHOLE = (
+    "name",
+    "description",
+    "agents",
+    "injections",
+    "suppressions",
+    "area",
+    "noise_cov",
+    "vertices",
+    "data",
+)
 _DRAWN_AS_A_WHOLE += ("positions", "velocities", "speed")
 
 

@@ -476,4 +476,4 @@ def test_every_scenario_runs_and_nothing_overflows_much(name):
     for _ in range(min(60, env.max_cycles - 1)):
         env.step(np.zeros(env.arrays.action.shape))
     counts = [env.arrays[name] for name in env.arrays if name.startswith("overflow_")]
-    assert len(counts) == 4 and np.sum(counts) <= 4
+    assert len(counts) == 5 and np.sum(counts) <= 4

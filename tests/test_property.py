@@ -18,8 +18,9 @@ from trust_env.scenario import ScenarioError
 from trust_env.vector import VectorEnv
 from trust_env.world.fields import FRAME_METRICS
 
+RULES = ("trimmed_mean", "residual_clique", "secure_estimate")
 SETTINGS = settings(
-    max_examples=60,
+    max_examples=90,
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much],
@@ -95,6 +96,8 @@ def trackers(draw: st.DrawFn, scale: float) -> dict[str, Any]:
         "process_noise": scale**2 * draw(number(0.0, 1e-2)),
         "initial_velocity_variance": scale**2 * draw(number(1e-6, 0.1)),
         "gate": draw(number(0.1, 0.99999)),
+        "fusion": draw(st.sampled_from(["sequential", *RULES])),
+        "fusion_tolerance": draw(st.integers(0, 3)),
         "alpha": draw(number(1e-8, 0.1)),
         "beta": draw(number(1e-6, 0.1)),
         "confirmation": draw(st.sampled_from(["score", "m_of_n", "score_or_hits"])),
@@ -119,9 +122,12 @@ def worlds(draw: st.DrawFn) -> dict[str, Any]:
         "horizon": draw(st.sampled_from([1, 5, 1000])),
         "knowledge": draw(st.sampled_from(["own", "poses", "picture", "white_box"])),
         "coordination": draw(st.sampled_from(["none", "shared"])),
-        "actuation": draw(st.sampled_from(["monitor", "filter", "remove", "weight"])),
+        "actuation": draw(st.sampled_from(["monitor", "filter", "remove", "weight", "retro"])),
+        "retro_window": draw(st.integers(1, 5)),
         "area": [-scale, scale * draw(number(0.1, 2.0)), -scale * draw(number(0.1, 2.0)), scale],
-        "sensor": draw(sensors(scale)) | {"clutter_density": draw(number(0.0, 0.3)) / scale**2, "max_detections": d},
+        "sensor": draw(sensors(scale))
+        | {"clutter_density": draw(number(0.0, 0.3)) / scale**2, "max_detections": d}
+        | {"resolution": draw(maybe(number(1e-3, 0.3).map(lambda x: x * scale)))},
         "injection": {"slots": draw(st.integers(0, min(4, d))), "benign": draw(maybe(st.just(1)))},
         "targets": {
             "slots": draw(st.integers(0, 9)),
@@ -140,14 +146,16 @@ def worlds(draw: st.DrawFn) -> dict[str, Any]:
             "match_distance": scale * draw(number(0.01, 1.0)),
             "cutoff": scale * draw(number(0.01, 1.0)),
             "order": draw(st.sampled_from([1.0, 2.0, 3.5])),
+            "accuse_below": draw(number(0.0, 1.0)),
+            "accuse_frames": draw(st.integers(1, 4)),
         },
     }
     return out | draw(teams(scale))
 
 
-DEFENSES = st.sampled_from(
-    ["score", "trust", "trust(preset=cdc2024)", "trust(preset=mate)", "majority", "majority(window=1, q=0.0)"]
-)
+GIVEN = {"path_trust": "path_trust(anchor=0)"}  # what has no default
+MORE = ("trust(preset=cdc2024)", "trust(preset=mate)", "majority(window=1, q=0.0)", "joint_posterior(counts=False)")
+DEFENSES = st.sampled_from([*(GIVEN.get(name, name) for name in trust_env.defenses()), *MORE])
 
 
 def check_injections(env: VectorEnv) -> None:

@@ -15,8 +15,10 @@ if TYPE_CHECKING:
     from trust_env.training.evaluation.evaluate import evaluate as evaluate
     from trust_env.training.exploitation.exploit import exploit as exploit
     from trust_env.training.exploitation.search import search as search
+    from trust_env.training.learning.seeds import train_seeds as train_seeds
     from trust_env.training.learning.train import train as train
     from trust_env.training.paper.reproduce import reproduce as reproduce
+    from trust_env.training.replays.replay import replay as replay
     from trust_env.training.speed.benchmark import benchmark as benchmark
 
 if __name__ != "trust_env.training":  # in the repository this folder could be imported a second time
@@ -28,12 +30,16 @@ _HOMES = {
     "curve": "curves.curve",
     "evaluate": "evaluation.evaluate",
     "exploit": "exploitation.exploit",
+    "replay": "replays.replay",
     "reproduce": "paper.reproduce",
     "search": "exploitation.search",
     "train": "learning.train",
+    "train_seeds": "learning.seeds",
 }
 
-__all__ = ["benchmark", "conform", "curve", "evaluate", "exploit", "reproduce", "search", "train"]
+__all__ = [
+    "benchmark", "conform", "curve", "evaluate", "exploit", "replay", "reproduce", "search", "train", "train_seeds",
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:

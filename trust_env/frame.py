@@ -14,7 +14,7 @@ import numpy as np
 from trust_env.compiled.apart import call_apart, kernels_apart
 from trust_env.compiled.entry import Entry
 from trust_env.compiled.kernels import choose, kernel
-from trust_env.compiled.layout import PARAMETERS, ROW, declare
+from trust_env.compiled.layout import PARAMETERS, ROW, SCRATCH, declare
 from trust_env.compiled.structs import CENTRAL, world_at
 from trust_env.compiled.threads import share_work
 from trust_env.defenses import DEFENSES, BuiltIn
@@ -141,6 +141,7 @@ def declare_defenses() -> None:
             raise ValueError(f"a defense cannot be called {name!r}, as fields of the world are")
         declare(name, f"{name}_", PARAMETERS, defense.parameters)
         declare(name, f"{name}_", ROW, defense.memory)
+        declare(name, f"{name}_", SCRATCH, defense.scratch)
 
 
 @functools.cache

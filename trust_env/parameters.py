@@ -56,7 +56,7 @@ def lengths_of(scenario: Scenario, defense: BuiltIn | Defense) -> dict[str, int]
     n["S"] = n["R"] + 1
     n["C"] = max(n["J"], n["N"], n["L"])
     n["P"] = max(n["D"] * n["C"], n["L"] * n["J"], n["J"] * n["N"])
-    return n | (defense.lengths() if isinstance(defense, BuiltIn) else {})
+    return n | (defense.lengths(scenario.n_agents) if isinstance(defense, BuiltIn) else {})
 
 
 def scales_of(scenario: Scenario) -> Scales:
@@ -137,6 +137,7 @@ class Parameters:
         fov, shape, belief = agent.fov, agent.fov.shape, agent.belief
         values = {
             "role": ROLES[agent.role],
+            "platform": s.platforms[k],
             "start_pose": (*(agent.position or (0.0, 0.0)), agent.heading),
             "pose_drawn": agent.position is None,
             "fov_shape": list(SHAPES).index(fov.type),

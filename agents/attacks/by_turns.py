@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from trust_env.agents.attacks.track_forecast import TrackForecast
@@ -44,10 +46,10 @@ class ByTurns(Lonely):
         self.spacing = non_negative_or_none(self.name, "spacing", spacing, "m", "ten deviations of the noise")
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
         usual = SPACING * noise_deviation(scenario)
         own = {"per_slot": Range(1, 5, whole=True), "spacing": Range(0.0, 2.0 * usual, none=usual)}
-        return {**own, **super().search_ranges(scenario)}
+        return {**own, **super().search_ranges(scenario, **given)}
 
     def prepare(self, context: PolicyContext) -> None:
         super().prepare(context)

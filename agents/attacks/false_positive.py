@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from trust_env.agents.attacks.motion import drawn_velocities
@@ -69,8 +71,8 @@ class FalsePositive(RandomPhantoms):
         self.period = whole_number(self.name, "period", period, 1)
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
-        return {**super().search_ranges(scenario), "period": Range(1, 5, whole=True)}
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
+        return {**super().search_ranges(scenario, **given), "period": Range(1, 5, whole=True)}
 
     @property
     def is_shared(self) -> bool:
@@ -128,8 +130,8 @@ class Burst(RandomPhantoms):
         self.frames = whole_number(self.name, "frames", frames, 1)
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
-        return {"frames": Range(1, half_episode(scenario), whole=True), **super().search_ranges(scenario)}
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
+        return {"frames": Range(1, half_episode(scenario), whole=True), **super().search_ranges(scenario, **given)}
 
     def active(self) -> np.ndarray:
         return (self.frame >= self.start) & (self.frame < self.start + self.frames)

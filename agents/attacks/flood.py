@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from trust_env.agents.base import PLACE, Policy, PolicyContext
@@ -28,7 +30,7 @@ class Flood(Policy):
         self.start = whole_number(self.name, "start", start, 0)
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
         return {"stack": (False, True), "start": start_range(scenario)}
 
     def prepare(self, context: PolicyContext) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from trust_env.agents.attacks.detection_tracker import DetectionTracker, used_length
@@ -43,7 +45,7 @@ class FollowedTargets(Policy):
         self.start = whole_number(self.name, "start", start, 0)
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
         return {"n": phantom_range(scenario, scenario.injection.slots), "start": start_range(scenario)}
 
     def prepare(self, context: PolicyContext) -> None:
@@ -67,21 +69,21 @@ class FollowedTargets(Policy):
         used = min(most, max(self._slots, used_length(seen["detections_mask"])))
         points, mask = seen["detections"][:, :, :used], seen["detections_mask"][:, :, :used]
         at, chosen = self._follow(points, mask)
-        shifted = self.shifted(points, at)
-        inside = self.fovs.contains(seen["pose"], shifted)
-        self._release(at, chosen & ~inside)
-        chosen = chosen & inside
         order = np.argsort(~chosen, axis=2, kind="stable")[..., : self._slots]
-        injected, fire = np.take_along_axis(shifted, order[..., None], axis=2), np.take_along_axis(chosen, order, 2)
-        injected = np.where(fire[..., None], injected, seen["pose"][:, :, None, :2])
+        at, fire = (np.take_along_axis(values, order, axis=2) for values in (at, chosen))
+        shifted = self.shifted(np.take_along_axis(points, order[..., None], axis=2), at)
+        inside = self.fovs.contains(seen["pose"], shifted)
+        self._release(at[fire & ~inside])
+        fire = fire & inside
+        injected = np.where(fire[..., None], shifted, seen["pose"][:, :, None, :2])
         if not self.withholds:
             return self.encode(seen["pose"], injected, fire)
         suppress = np.zeros_like(seen["detections_mask"])
-        suppress[:, :, :used] = chosen
+        np.put_along_axis(suppress, order, fire, axis=2)
         return self.encode(seen["pose"], injected, fire, suppress)
 
     def shifted(self, points: np.ndarray, at: np.ndarray) -> np.ndarray:
-        """Where detections points[W, n, D, 2] of the targets `at` are reported, [W, n, D, 2], m."""
+        """Where detections points[W, n, D, 2] of the targets at[W, n, D] are reported, [W, n, D, 2], m."""
         raise NotImplementedError
 
     def _follow(self, points: np.ndarray, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -111,10 +113,10 @@ class FollowedTargets(Policy):
             self.targets.chosen.reshape(-1)[at], self.since.reshape(-1)[at] = True, 0
             self.heading.reshape(-1, 2)[at] = rotated(np.array([[1.0, 0.0]]), turns)
 
-    def _release(self, at: np.ndarray, released: np.ndarray) -> None:
-        """Give up targets whose shifted reports would leave the FOV; they have to settle again."""
-        self.targets.chosen.reshape(-1)[at[released]] = False
-        self.looks.reshape(-1)[at[released]] = 0
+    def _release(self, at: np.ndarray) -> None:
+        """Give up targets; they have to settle again."""
+        self.targets.chosen.reshape(-1)[at] = False
+        self.looks.reshape(-1)[at] = 0
 
 
 class Drag(FollowedTargets):
@@ -138,10 +140,10 @@ class Drag(FollowedTargets):
         self.profile = one_of(self.name, "profile", profile, PROFILES)
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
         usual = 0.2 * noise_deviation(scenario) / scenario.dt
         own = {"rate": Range(0.0, 5.0 * usual, none=usual), "profile": PROFILES}
-        return {**own, **super().search_ranges(scenario)}
+        return {**own, **super().search_ranges(scenario, **given)}
 
     def shifted(self, points: np.ndarray, at: np.ndarray) -> np.ndarray:
         since = self.since.reshape(-1)[at]
@@ -169,8 +171,8 @@ class Steal(FollowedTargets):
         self.offset = non_negative(self.name, "offset", offset, "standard deviations")
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
-        return {"offset": Range(0.0, 6.0), **super().search_ranges(scenario)}
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
+        return {"offset": Range(0.0, 6.0), **super().search_ranges(scenario, **given)}
 
     def shifted(self, points: np.ndarray, at: np.ndarray) -> np.ndarray:
         offset = self.offset * self.deviation[..., None]  # [n, 1, 1], m

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from trust_env.agents.attacks.detection_tracker import used_length
@@ -43,9 +45,9 @@ class Framing(HonestWitnesses):
         self.victim = whole_number_or_none(self.name, "victim", victim, 0, "who can be framed best")
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
         honest = scenario.roles.count("benign")
-        return {"victim": Range(0, max(0, honest - 1), whole=True), **super().search_ranges(scenario)}
+        return {"victim": Range(0, max(0, honest - 1), whole=True), **super().search_ranges(scenario, **given)}
 
     def prepare(self, context: PolicyContext) -> None:
         super().prepare(context)
@@ -88,7 +90,7 @@ class Collusion(HonestWitnesses):
     """
 
     name = "collusion"
-    reads = (*HonestWitnesses.reads, "detections")
+    reads = ("pose", "detections", "detections_mask", "poses")
     max_cost = _NO_MAJORITY - 1
 
     def __init__(
@@ -105,10 +107,10 @@ class Collusion(HonestWitnesses):
         super().__init__(n, share, motion, speed, noise, hit_rate, start, suppress)
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
-        most = scenario.injection.slots * max(1, scenario.roles.count("adversary"))
-        usual = phantom_range(scenario, most)._replace(none=max(1, scenario.injection.slots - 1))
-        return {**super().search_ranges(scenario), "n": usual}
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
+        usual = phantom_range(scenario, cls.most_phantoms(scenario, **given))
+        usual = usual._replace(none=max(1, scenario.injection.slots - 1))
+        return {**super().search_ranges(scenario, **given), "n": usual}
 
     def prepare(self, context: PolicyContext) -> None:
         super().prepare(context)
@@ -165,4 +167,5 @@ def _near(points: np.ndarray, there: np.ndarray, places: np.ndarray, distance: f
     """Whether any of the points[W, n, D, 2] that are there lies near each of places[W, 1, Q, 2], bool[W, n, Q]."""
     dx = points[:, :, :, None, 0] - places[:, :, None, :, 0]
     dy = points[:, :, :, None, 1] - places[:, :, None, :, 1]
-    return ((dx * dx + dy * dy <= distance**2) & there[..., None]).any(axis=2)
+    near = (dx * dx + dy * dy <= distance**2) & there[..., None]
+    return np.asarray(near.any(axis=2))

@@ -12,20 +12,21 @@ from trust_env.scenario import Scenario
 MOTIONS = ("static", "constant_velocity", "random_walk", "pace")
 # Whether points [w, ..., 2] lie in the zones of their phantoms, in the worlds `rows`.
 Contains = Callable[[np.ndarray, np.ndarray | slice], np.ndarray]
+Turns = Callable[[np.ndarray | slice], np.ndarray]  # U[0, 1) draws [w, ...] for the worlds `rows`
 _ALL = slice(None)
 
 
 def step(
-    motion: str, position: np.ndarray, velocity: np.ndarray, turns: np.ndarray, dt: float, contains: Contains
+    motion: str, position: np.ndarray, velocity: np.ndarray, turns: Turns, dt: float, contains: Contains
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Positions [W, ..., 2] (m), velocities [W, ..., 2] (m/s) after `dt` (s), and bool[W, ...]: which have left their
     zone.
 
     constant_velocity: straight on, out of the zone too | random_walk: a new direction in every frame, and none
-    out of the zone | pace: straight on, and at the edge back into the zone. turns[W, ...]: U[0, 1) draws.
+    out of the zone | pace: straight on, and at the edge back into the zone.
     """
     if motion == "random_walk":
-        velocity = rotated(velocity, turns)
+        velocity = rotated(velocity, turns(_ALL))
     moved = position + dt * velocity
     inside = contains(moved, _ALL)
     if motion == "constant_velocity":
@@ -33,25 +34,30 @@ def step(
     if motion == "pace" and not inside.all():
         rows = np.flatnonzero(~inside.reshape(len(inside), -1).all(axis=1))
         velocity = velocity.copy()
-        velocity[rows] = _turn_back(position[rows], velocity[rows], turns[rows], dt, inside[rows], contains, rows)
+        velocity[rows], inside[rows] = _turn_back(
+            position[rows], velocity[rows], inside[rows], turns(rows), dt, lambda points: contains(points, rows)
+        )
         moved[rows] = position[rows] + dt * velocity[rows]
-        inside[rows] = contains(moved[rows], rows)
     return np.where(inside[..., None], moved, position), velocity, np.zeros_like(inside)
 
 
 def _turn_back(
     position: np.ndarray,
     velocity: np.ndarray,
+    inside: np.ndarray,
     turns: np.ndarray,
     dt: float,
-    inside: np.ndarray,
-    contains: Contains,
-    rows: np.ndarray,
-) -> np.ndarray:
-    """Velocities; of those that would leave, the way back at an angle of up to 90 degrees, else straight back."""
+    contains: Callable[[np.ndarray], np.ndarray],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Velocities, and whether they lead to a place inside: of those for which it is not `inside` already the way back
+    at an angle of up to 90 degrees, else straight back.
+    """
     aslant = rotated(-velocity, 0.5 * turns - 0.25, keep_heading=True)
-    chosen = np.where(contains(position + dt * aslant, rows)[..., None], aslant, -velocity)
-    return np.where(inside[..., None], velocity, chosen)
+    fits = contains(position + dt * aslant)
+    back = np.where(fits[..., None], aslant, -velocity)
+    velocity = np.where(inside[..., None], velocity, back)
+    stays = inside | fits
+    return velocity, stays if stays.all() else contains(position + dt * velocity)
 
 
 def rotated(velocity: np.ndarray, turns: np.ndarray, keep_heading: bool = False) -> np.ndarray:

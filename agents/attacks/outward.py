@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from trust_env.agents.attacks.phantoms import Phantoms
@@ -40,8 +42,8 @@ class Outward(Phantoms):
         self.spread = angle(self.name, "spread", spread)
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
-        return {"spread": Range(0.0, 1.0), **super().search_ranges(scenario)}
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
+        return {"spread": Range(0.0, 1.0), **super().search_ranges(scenario, **given)}
 
     def prepare(self, context: PolicyContext) -> None:
         super().prepare(context)

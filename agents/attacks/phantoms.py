@@ -7,104 +7,27 @@ coalition: its agents tell each other where they stand, whatever the knowledge l
 
 from __future__ import annotations
 
-import inspect
-
 import numpy as np
 from scipy.special import ndtri
 
-from trust_env.agents.attacks.motion import MOTIONS, drawn_velocities, step, target_speeds
-from trust_env.agents.base import CHOOSE, FIRE, MOVE, NOISE, PLACE, Policy, PolicyContext
-from trust_env.agents.parameters import (
-    fraction_or_none,
-    invalid,
-    non_negative_or_none,
-    one_of,
-    true_or_false,
-    whole_number,
-    whole_number_or_none,
-)
-from trust_env.agents.search_ranges import (
-    Range,
-    SearchRanges,
-    hit_rate_range,
-    noise_range,
-    phantom_range,
-    start_range,
-)
-from trust_env.scenario import Scenario
-
-# The parameters that attacks share, as `trust-env attacks show` explains them.
-SHARED_PARAMETERS = {
-    "n": "phantoms of each adversary, with share of all together; None: as many as one adversary can report",
-    "share": "whether all adversaries that can report a phantom do",
-    "motion": f"{' | '.join(MOTIONS)} (at constant speed, turning at the edge)",
-    "speed": "m/s; None: drawn as for targets (over a recording: the tracker's initial velocity deviation)",
-    "noise": "m, standard deviation of x and of y added to each report; None: the sensor's own noise",
-    "hit_rate": "probability that an adversary reports its phantom in a frame; None: the sensor's P_D",
-    "start": "frames to be honest first",
-    "suppress": "fraction of the own detections withheld meanwhile, each by chance",
-}
+from trust_env.agents.attacks.motion import drawn_velocities, step, target_speeds
+from trust_env.agents.attacks.phantom_parameters import PhantomParameters
+from trust_env.agents.base import CHOOSE, FIRE, MOVE, NOISE, PLACE, PolicyContext
+from trust_env.agents.parameters import invalid
 
 
-class Phantoms(Policy):
+class Phantoms(PhantomParameters):
     """Reports of phantoms; where they stand is said by `place`, which of them are reported by `due`.
 
     G groups of P phantoms: one for each of the n adversaries, or a single one that they share.
     """
 
     reads = ("pose", "detections_mask")
-    unsearched = ("share",)
-    reported_by_all: bool = False  # with share: whether every adversary has to have a slot for every phantom
 
     position: np.ndarray  # [W, G, P, 2], m
     velocity: np.ndarray  # [W, G, P, 2], m/s
     reports: np.ndarray  # bool[W, n, P], which agent reports which phantom of its group
     missing_phantoms: np.ndarray  # int[W], how many of those asked for have no place in this episode
-
-    def __init__(
-        self,
-        n: int | None = None,
-        share: bool = False,
-        motion: str = "static",
-        speed: float | None = None,
-        noise: float | None = None,
-        hit_rate: float | None = None,
-        start: int = 0,
-        suppress: float = 0.0,
-    ):
-        self.n = whole_number_or_none(self.name, "n", n, 1, "as many as one adversary can report")
-        self.share = true_or_false(self.name, "share", share)
-        self.motion = one_of(self.name, "motion", motion, MOTIONS)
-        self.speed = non_negative_or_none(self.name, "speed", speed, "m/s", "as fast as targets")
-        self.noise = non_negative_or_none(self.name, "noise", noise, "m", "the sensor's own noise")
-        self.hit_rate = fraction_or_none(self.name, "hit_rate", hit_rate, "the sensor's P_D")
-        self.start = whole_number(self.name, "start", start, 0)
-        self.suppress = fraction_or_none(self.name, "suppress", suppress, "none") or 0.0
-
-    def __init_subclass__(cls) -> None:
-        """Add what the shared parameters mean to the documentation of the attack."""
-        super().__init_subclass__()
-        known = [name for name in inspect.signature(cls).parameters if name in SHARED_PARAMETERS]
-        lines = [f"{name:<12} {SHARED_PARAMETERS[name]}" for name in known]
-        if "name" in cls.__dict__:
-            cls.__doc__ = "\n".join([inspect.cleandoc(cls.__doc__ or ""), "", *lines])
-
-    @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
-        """Ranges of the parameters that the attack takes of those that attacks share."""
-        parameters = inspect.signature(cls).parameters
-        adversaries = max(1, scenario.roles.count("adversary"))
-        shared = "share" in parameters and parameters["share"].default and not cls.reported_by_all
-        ranges: SearchRanges = {
-            "n": phantom_range(scenario, scenario.injection.slots * (adversaries if shared else 1)),
-            "motion": MOTIONS,
-            "speed": Range(0.0, 2.0 * target_speeds(scenario)[1]),
-            "noise": noise_range(scenario),
-            "hit_rate": hit_rate_range(scenario),
-            "start": start_range(scenario),
-            "suppress": Range(0.0, 1.0),
-        }
-        return {name: values for name, values in ranges.items() if name in parameters}
 
     # --- an episode begins ---
 
@@ -196,11 +119,15 @@ class Phantoms(Policy):
         """One frame on; phantoms that have left their zone begin anew elsewhere in it."""
         if not self.is_moving or not self._count:
             return
-        turns = self.draw(MOVE, self._count, agents=self._group_agents())
         before = self.position
-        self.position, self.velocity, left = step(
-            self.motion, before, self.velocity, turns, self.dt, lambda points, rows: self.zone(seen, points, rows)
-        )
+
+        def turns(rows: np.ndarray | slice) -> np.ndarray:
+            return self.draw(MOVE, self._count, rows, self._group_agents())
+
+        def contains(points: np.ndarray, rows: np.ndarray | slice) -> np.ndarray:
+            return self.zone(seen, points, rows)
+
+        self.position, self.velocity, left = step(self.motion, before, self.velocity, turns, self.dt, contains)
         left = left & (self.frame > 0)[:, None, None]
         if left.any():
             self.replace(seen, left, before)

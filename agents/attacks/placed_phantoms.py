@@ -121,7 +121,7 @@ class PlacedPhantoms(Phantoms):
     # --- every frame ---
 
     def zone(self, seen: dict[str, np.ndarray], points: np.ndarray, rows: np.ndarray | slice) -> np.ndarray:
-        there = {name: values[rows] for name, values in seen.items()}
+        there = seen if isinstance(rows, slice) else {name: values[rows] for name, values in seen.items()}
         return super().zone(seen, points, rows) & (self.cost(there, points) <= self._limit[rows])
 
     def replace(self, seen: dict[str, np.ndarray], left: np.ndarray, before: np.ndarray) -> None:
@@ -148,7 +148,7 @@ class HonestWitnesses(PlacedPhantoms):
     """Phantoms whose places depend on which agents outside the coalition, who count as honest, see them."""
 
     knowledge = "poses"
-    reads = (*Phantoms.reads, "poses")
+    reads = ("pose", "detections_mask", "poses")
 
     def prepare(self, context: PolicyContext) -> None:
         super().prepare(context)

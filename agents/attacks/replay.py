@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from trust_env.agents.attacks.detection_tracker import DetectionTracker, used_length
@@ -30,7 +32,7 @@ class Replay(Policy):
         self.start = whole_number(self.name, "start", start, 0)
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
         return {
             "lag": Range(1, half_episode(scenario), whole=True),
             "n": phantom_range(scenario, scenario.injection.slots),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from trust_env.agents.attacks.detection_tracker import DetectionTracker
@@ -37,7 +39,7 @@ class Suppress(Policy):
         self.start = whole_number(self.name, "start", start, 0)
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
         return {"fraction": Range(0.05, 1.0), "choice": CHOICES, "start": start_range(scenario)}
 
     def prepare(self, context: PolicyContext) -> None:
@@ -96,14 +98,14 @@ class SelectiveSuppress(Policy):
 
     name = "selective_suppress"
     knowledge = "poses"
-    reads = (*Suppress.reads, "poses")
+    reads = ("pose", "detections", "detections_mask", "poses")
 
     def __init__(self, margin: int = 1, start: int = 0):
         self.margin = whole_number(self.name, "margin", margin, 1)
         self.start = whole_number(self.name, "start", start, 0)
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
         adversaries = max(1, scenario.roles.count("adversary"))
         return {"margin": Range(1, adversaries, whole=True), "start": start_range(scenario)}
 

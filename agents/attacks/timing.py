@@ -58,7 +58,7 @@ class Sleeper(Timed):
         super().__init__(inner)
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
         return {"start": start_range(scenario)}
 
     def attacks(self) -> np.ndarray:
@@ -81,7 +81,7 @@ class OnOff(Timed):
         super().__init__(inner)
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
         return {"duty": Range(0.05, 1.0), "period": Range(2, half_episode(scenario), whole=True)}
 
     def attacks(self) -> np.ndarray:

@@ -56,7 +56,8 @@ class TrackForecast:
     def demand(self, watchers: np.ndarray) -> np.ndarray:
         """In which fraction of the frames a track needs a report to keep its score."""
         cost = np.maximum(watchers, 1) * self.miss_cost
-        return cost / (self.hit_constant - np.log(2.0 * self.variance) + self.miss_cost)
+        gain = self.hit_constant - np.log(2.0 * self.variance) + self.miss_cost  # against a miss, S = 2R
+        return cost / np.maximum(gain, cost)
 
     def update(self, hit: np.ndarray, points: np.ndarray, watchers: np.ndarray) -> None:
         """One frame on: the phantoms of hit[W, n, P] are reported at points[W, n, P, 2] (m), by one of those that

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from trust_env.agents.attacks.placed_phantoms import HonestWitnesses
@@ -39,9 +41,9 @@ class FovAware(HonestWitnesses):
         self.max_honest = self.max_cost = whole_number_or_none(self.name, "max_honest", max_honest, 0, "no limit")
 
     @classmethod
-    def search_ranges(cls, scenario: Scenario) -> SearchRanges:
+    def search_ranges(cls, scenario: Scenario, **given: Any) -> SearchRanges:
         honest = scenario.n_agents - scenario.roles.count("adversary")
-        return {"max_honest": Range(0, honest, whole=True, none=honest), **super().search_ranges(scenario)}
+        return {"max_honest": Range(0, honest, whole=True, none=honest), **super().search_ranges(scenario, **given)}
 
 
 class Lonely(HonestWitnesses):

@@ -73,6 +73,8 @@ def test_ranges_are_those_of_the_scenario() -> None:
     own, shared = ranges("false_positive"), ranges("fov_aware")
     assert own["n"] == Range(1, slots, whole=True, none=slots)
     assert shared["n"] == Range(1, 2 * slots, whole=True, none=slots)  # two adversaries
+    given = POLICIES["fov_aware"].search_ranges(patrol, share=False)
+    assert given["n"] == Range(1, slots, whole=True, none=slots)
     assert own["speed"].high == 2.0 * patrol.targets.speed[1]
     assert own["start"].high == ranges("on_off")["period"].high == 100  # half of the horizon
     assert own["hit_rate"].none == patrol.sensor.p_detect

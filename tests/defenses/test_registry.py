@@ -33,7 +33,7 @@ class Surprise(BuiltIn):
     def values(self, n_agents: int) -> dict[str, Any]:
         return {"rate": self.rate}
 
-    def lengths(self) -> dict[str, int]:
+    def lengths(self, n_agents: int) -> dict[str, int]:
         return {"G": self.frames}
 
     @staticmethod

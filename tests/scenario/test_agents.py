@@ -37,3 +37,12 @@ def test_agents_differ_only_in_the_fields_they_give() -> None:
     assert second.budget.model_dump() == {"injections": 1, "suppressions": 16}
     assert third.fov.area == 6.0
     assert load_scenario(scenario, sigma=2).agent(0).sensor.sigma == 2.0
+
+
+def test_platform_types_are_those_of_the_entries_or_of_the_team() -> None:
+    team = load_scenario("trio", platforms=["ship", "plane", "ship"])
+    assert team.platforms == (0, 1, 0) and team.agent(2).platform == "ship"
+    listed = load_scenario("trio", agents=[{"role": "benign", "platform": "plane"}, {"role": "adversary"}])
+    assert listed.platforms == (0, -1) and listed.agent(1).platform is None
+    with pytest.raises(ValueError, match=r"team\.platforms.*one platform type for each of the 3 agents; there are 2"):
+        load_scenario("trio", platforms=["ship", "plane"])

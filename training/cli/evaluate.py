@@ -42,19 +42,22 @@ def evaluate(
             help="set a field of the scenario, as in tracker.gate=0.95; repeatable",
         ),
     ] = (),
-    metric: Annotated[str | None, arg(help="metrics of the table, separated by commas, or all")] = None,
+    metric: Annotated[str | None, arg(help="metrics, separated by commas, or all; default: an overview")] = None,
     strata: Annotated[bool, arg(help="also print damage and trust by who watches a track or target")] = False,
     reliability: Annotated[bool, arg(help="also print pooled Brier scores and calibration of trust")] = False,
+    against: Annotated[str | None, arg(help="also print how the damage differs from that of this defense")] = None,
     as_json: Json = False,
 ) -> None:
     """Play attacks against defenses on the same episodes; tables, results.parquet and results.json."""
     from rich.console import Console
 
     from trust_env.training.evaluation.detail_tables import print_reliability, print_strata
+    from trust_env.training.evaluation.differences import differences, print_differences
     from trust_env.training.evaluation.evaluate import evaluate as run
+    from trust_env.training.evaluation.overview import print_overview
     from trust_env.training.evaluation.tables import chosen_metrics, print_results
 
-    metrics = chosen_metrics(metric)
+    metrics = None if metric is None else chosen_metrics(metric)
     if resume and out is None:
         raise ValueError("--resume: expected --out too, the folder of the run to continue")
     options = {"knowledge": knowledge, "data": data, "actuation": actuation, "max_cycles": max_cycles}
@@ -66,12 +69,18 @@ def evaluate(
             print(f"trust-env: the finished cells are in {out}; --resume continues", file=sys.stderr)
         raise
     if as_json:
-        print_json(results.to_dict())
+        compared = {} if against is None else {"against": [row.to_dict() for row in differences(results, against)]}
+        print_json(results.to_dict() | compared)
         for note in results.notes:
             print(f"trust-env: {note}", file=sys.stderr)
     else:
-        print_results(results, metrics, Console())
+        if metrics is None:
+            print_overview(results, Console(), out)
+        else:
+            print_results(results, metrics, Console())
         if strata:
             print_strata(results, Console())
         if reliability:
             print_reliability(results, Console())
+        if against is not None:
+            print_differences(results, against, Console())

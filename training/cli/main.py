@@ -9,14 +9,17 @@ from collections.abc import Sequence
 import tyro
 from tyro.extras import SubcommandApp
 
+import trust_env
 from trust_env.errors import unknown_name
-from trust_env.training.cli import attacks, defenses, metrics, scenarios, threats
+from trust_env.training.cli import attacks, defenses, metrics, new, scenarios, threats
 from trust_env.training.cli.benchmark import benchmark
 from trust_env.training.cli.conform import conform
 from trust_env.training.cli.curve import curve
+from trust_env.training.cli.demo import demo
 from trust_env.training.cli.evaluate import evaluate
 from trust_env.training.cli.exploit import exploit
 from trust_env.training.cli.options import INTERRUPTED, OK, WRONG_INPUT, Command, Group
+from trust_env.training.cli.replay import replay
 from trust_env.training.cli.reproduce import reproduce
 from trust_env.training.cli.streams import open_streams
 from trust_env.training.cli.train import train
@@ -24,13 +27,16 @@ from trust_env.training.cli.train import train
 DEBUG = "TRUST_ENV_DEBUG"  # set it to see where an error comes from
 
 COMMANDS: dict[str, Command | Group] = {
+    "demo": demo,
     "evaluate": evaluate,
     "curve": curve,
+    "replay": replay,
     "reproduce": reproduce,
     "conform": conform,
     "benchmark": benchmark,
     "train": train,
     "exploit": exploit,
+    "new": new.COMMANDS,
     "scenarios": scenarios.COMMANDS,
     "defenses": defenses.COMMANDS,
     "attacks": attacks.COMMANDS,
@@ -65,11 +71,14 @@ def main(args: Sequence[str] | None = None) -> int:
     if args is None:
         open_streams()
         args = sys.argv[1:]
+    if list(args) == ["--version"]:
+        print(f"trust-env {trust_env.__version__}")
+        return OK
     try:
         check_command(args)
         code = build_app().cli(
             prog="trust-env",
-            description="Attacks and trust defenses in multi-agent sensor fusion.",
+            description="Attacks and trust defenses in multi-agent sensor fusion. --version prints the version.",
             args=args,
             config=(tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes, tyro.conf.DisallowNone),
         )

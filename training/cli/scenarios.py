@@ -1,4 +1,4 @@
-"""Command line: scenarios list, show, check."""
+"""Command line: scenarios list, show, explain, schema, check."""
 
 from __future__ import annotations
 
@@ -20,14 +20,39 @@ def list_scenarios(as_json: Json = False) -> None:
 
 
 def show_scenario(name: ScenarioName, data: Data = None, as_json: Json = False) -> None:
-    """All fields of a scenario, as YAML that can be edited and used."""
-    from trust_env.scenario.yaml_lines import write_yaml
+    """All fields of a scenario with units and comments, as YAML that can be edited and used."""
+    from trust_env.scenario.commented import commented_yaml
 
     fields = resolved_fields(name, data)
     if as_json:
         print_json(fields)
     else:
-        print(write_yaml(fields).rstrip())
+        print(commented_yaml(fields))
+
+
+def explain_field(
+    field: Annotated[Positional[str], arg(help="tracker.gate, gate, agents.fov.radius")], as_json: Json = False
+) -> None:
+    """What a field of scenarios is: unit, default, the values that it takes, and the fields in it."""
+    from trust_env.scenario.json_schema import field_infos, find_field
+
+    found = find_field(field)
+    inside = [info for name, info in field_infos().items() if name.startswith((f"{found.name}.", f"{found.name}[]."))]
+    if as_json:
+        print_json(found._asdict() | {"fields": [info._asdict() for info in inside]})
+        return
+    print(f"{found.name}\n\n{found.comment}\n")
+    if found.unit:
+        print(f"unit: {found.unit}")
+    print(f"default: {'null' if found.default is None else found.default}" if not inside else "fields:")
+    print(f"values: {found.values}" if not inside else "\n".join(f"  {info.name}: {info.comment}" for info in inside))
+
+
+def print_schema(as_json: Json = False) -> None:
+    """The JSON schema of scenario files, for the completion and the checks of editors; JSON in any case."""
+    from trust_env.scenario.json_schema import scenario_schema
+
+    print_json(scenario_schema())
 
 
 def check_scenarios(
@@ -80,6 +105,12 @@ def _recording(data: Path | None) -> dict[str, str]:
 
 
 COMMANDS = Group(
-    "What worlds there are: list, show, check.",
-    {"list": list_scenarios, "show": show_scenario, "check": check_scenarios},
+    "What worlds there are: list, show, explain, schema, check.",
+    {
+        "list": list_scenarios,
+        "show": show_scenario,
+        "explain": explain_field,
+        "schema": print_schema,
+        "check": check_scenarios,
+    },
 )

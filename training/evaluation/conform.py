@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import inspect
+import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -127,7 +128,7 @@ def _fitting_defenses(scenario: Scenario) -> list[str]:
     for name, defense in DEFENSES.items():
         needed = [p for p in inspect.signature(defense).parameters.values() if p.default is p.empty]
         if all(p.kind is p.VAR_KEYWORD for p in needed):
-            with contextlib.suppress(ValueError):
+            with contextlib.suppress(ValueError), warnings.catch_warnings(action="ignore"):  # it warns when it is built
                 defense().values(scenario.n_agents)
                 fitting.append(name)
     return fitting

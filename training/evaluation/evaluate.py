@@ -25,6 +25,7 @@ from trust_env.training.console import Advance, progress_bar
 from trust_env.training.evaluation.cell import Batch, Cell, join_batches
 from trust_env.training.evaluation.configuration import NamedSpec, configuration, named_specs
 from trust_env.training.evaluation.play import play_worlds
+from trust_env.training.evaluation.replay_code import Setting
 from trust_env.training.evaluation.results import Results
 from trust_env.training.evaluation.run_folder import RunFolder
 from trust_env.vector import VectorEnv
@@ -73,6 +74,7 @@ def evaluate(
         checked_seed(seed),
         None if max_cycles is None else positive_int("max_cycles", max_cycles),
         _notes(world, level, attack_specs),
+        _setting(scenario, world, level, given | dict(overrides or {}), max_cycles),
     )
     run.play_first_frames()
     if out is None:
@@ -80,6 +82,14 @@ def evaluate(
     else:
         run.play_in(expanded(out), resume, progress)
     return run.results()
+
+
+def _setting(
+    source: Any, scenario: Scenario, level: str, changes: Mapping[str, Any], max_cycles: int | None
+) -> Setting:
+    raised = {"knowledge": level} if level != scenario.knowledge else {}
+    plain = {name: str(value) if isinstance(value, Path) else value for name, value in changes.items()}
+    return Setting(str(source) if isinstance(source, (str, Path)) else None, plain | raised, max_cycles)
 
 
 def _notes(scenario: Scenario, level: str, attacks: list[NamedSpec]) -> tuple[str, ...]:
@@ -107,6 +117,7 @@ class _Evaluation:
     seed: int
     max_cycles: int | None
     notes: tuple[str, ...]
+    setting: Setting
     cells: dict[tuple[str, str], Cell] = field(default_factory=dict)
     missing: dict[str, np.ndarray] = field(default_factory=dict)  # by attack, phantoms without a place, [episodes]
 
@@ -168,7 +179,8 @@ class _Evaluation:
         venv = VectorEnv(self.scenario, defense.construct(), len(worlds), self.max_cycles, autoreset=False)
         try:
             metrics = play_worlds(venv, {"adversary": policy}, worlds, self.seed, frames, advance)
-            return Batch(metrics.result(), metrics.reliability(), metrics.strata())
+            found = metrics.result(), metrics.reliability(), metrics.strata()
+            return Batch(*found, metrics.courses(), metrics.trust_scores())
         finally:
             venv.close()
 
@@ -178,7 +190,8 @@ class _Evaluation:
         cells = tuple(self.cells[key] for key in keys if key in self.cells)
         version = TrustEnv.metadata["name"]
         notes = (*self.notes, *self._notes_on_phantoms(), *self._notes_on_trust())
-        return Results(self.scenario.name, self.seed, self.episodes, version, cells, notes)
+        level = self.scenario.knowledge
+        return Results(self.scenario.name, self.seed, self.episodes, version, cells, notes, level, self.setting)
 
     def _notes_on_phantoms(self) -> list[str]:
         """A line for every attack for whose phantoms some episodes have no place."""

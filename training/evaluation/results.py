@@ -15,6 +15,7 @@ from trust_env.metrics.forecast_scores import N_BINS
 from trust_env.metrics.strata import Stratum
 from trust_env.training.evaluation.cell import Cell, Key
 from trust_env.training.evaluation.pooling import pool
+from trust_env.training.evaluation.replay_code import Setting
 from trust_env.training.evaluation.statistics import (
     Bounds,
     Interval,
@@ -35,7 +36,8 @@ REFERENCES = ("oracle", "blank")  # the defenses between which damage is placed:
 class Results:
     """Cells, all over the same episodes (worlds 0, 1, ... of one seed), so that they compare in pairs.
 
-    To replay row w: `parallel_env(scenario, defense).reset(seed=seed, options={"world": w, "episode": 0})`.
+    knowledge: the level that all cells were played at, which may be above the scenario's. `replay_code` begins an
+    episode again.
     """
 
     scenario: str
@@ -44,6 +46,8 @@ class Results:
     version: str
     cells: tuple[Cell, ...]
     notes: tuple[str, ...] = field(default=())
+    knowledge: str = "own"
+    setting: Setting = field(default_factory=Setting)
 
     def __getitem__(self, key: Key) -> Cell:
         """The cell of an attack and a defense, by their names; of the default preset also as plain `trust`."""
@@ -69,10 +73,16 @@ class Results:
         a, b = (cell if isinstance(cell, Cell) else self[cell] for cell in (cell_a, cell_b))
         return a.metrics[metric], b.metrics[metric]
 
+    def replay_code(self, key: Key | Cell, world: int) -> str:
+        """Lines of Python that begin an episode of a cell again, with everything that they need."""
+        cell = key if isinstance(key, Cell) else self[key]
+        return self.setting.replay_code(cell.attack, cell.defense, self.seed, world)
+
     def to_dict(self) -> dict[str, Any]:
         """Plain values only, as in results.json."""
         return {
             "scenario": self.scenario,
+            "knowledge": self.knowledge,
             "seed": self.seed,
             "episodes": self.episodes,
             "version": self.version,

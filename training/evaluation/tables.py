@@ -18,26 +18,14 @@ from trust_env.training.evaluation.results import DAMAGE, REFERENCES, Results
 from trust_env.training.evaluation.statistics import Bounds
 from trust_env.training.evaluation.summary import Summary
 
-DEFAULT_METRICS: tuple[str, ...] = (
-    DAMAGE,
-    "false_tracks_per_frame",
-    "injected_tracks_per_frame",
-    "missing_targets_per_frame",
-    "gospa",
-    "frames_to_first_false_track",
-    "adversary_auroc",
-    "accusation_rate",
-    "false_accusation_rate",
-    "detection_delay",
-)
 _NAME_WIDTH, _METRIC_WIDTH, _BORDER_WIDTH = 30, 11, 3  # of names at most
 
 
-def chosen_metrics(text: str | None) -> list[str]:
-    """The metrics named in a text with commas; every metric for "all", the default ones for None."""
+def chosen_metrics(text: str) -> list[str]:
+    """The metrics named in a text with commas; every metric for "all"."""
     if text == "all":
         return list(METRICS)
-    names = list(DEFAULT_METRICS) if text is None else text.split(",")
+    names = text.split(",")
     for name in names:
         if name not in METRICS:
             raise unknown_name("metric", name, METRICS)

@@ -13,6 +13,7 @@ from trust_env.defenses.binary_beta import BinaryBeta
 from trust_env.defenses.cusum import Cusum
 from trust_env.defenses.dawid_skene import DawidSkene
 from trust_env.defenses.evidence import Evidence, Shape, TrackerBelief
+from trust_env.defenses.joint_posterior import JointPosterior
 from trust_env.defenses.majority import Majority
 from trust_env.defenses.parsimony import Parsimony
 from trust_env.defenses.particle import Particle
@@ -40,6 +41,7 @@ DEFENSES: dict[str, type[BuiltIn]] = {
     "dawid_skene": DawidSkene,
     "path_trust": PathTrust,
     "cusum": Cusum,
+    "joint_posterior": JointPosterior,
     "oracle": Oracle,
     "blank": Blank,
 }

@@ -56,6 +56,7 @@ class BuiltIn:
 
     parameters, memory: fields by name, as in `trust_env.world.fields` ("f8 K 2 | meaning"), which the kernels
     read as `world.NAME.field`, NAME being the defense's in the registry; an axis may be a letter of `lengths`.
+    scratch: the same, of what is only needed while a frame is judged.
     needs: of `OPTIONAL`, what its kernels read of `world.evidence`: innovations (innovation, innovation_cov,
     distance2), predictions (predicted_mean, predicted_cov), inside, coverage (covered, cell_area).
     reference: whether it is for evaluation only, as something to compare with: it knows what no defense can know,
@@ -64,6 +65,7 @@ class BuiltIn:
 
     parameters: ClassVar[Mapping[str, str]] = {}
     memory: ClassVar[Mapping[str, str]] = {}
+    scratch: ClassVar[Mapping[str, str]] = {}
     needs: ClassVar[tuple[str, ...]] = ()
     reference: ClassVar[bool] = False
 
@@ -81,7 +83,7 @@ class BuiltIn:
         """What the kernels find in the fields of `parameters`."""
         return {}
 
-    def lengths(self) -> dict[str, int]:
+    def lengths(self, n_agents: int) -> dict[str, int]:
         """Lengths of axes that only this defense has."""
         return {}
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from trust_env.compiled.kernels import inlined, kernel
 from trust_env.defenses.base import ACCEPT
+from trust_env.defenses.beta_belief import mean_of, variance_of
 from trust_env.world.tracking.track_store import list_confirmed
 
 LOOKS = {
@@ -125,7 +126,6 @@ def believe(world, j, trust):
 @inlined
 def believe_agent(world, k, alpha, beta):
     """The verdict on an agent: mean and variance of Beta(α, β); returns the mean."""
-    total = alpha + beta
-    mean = alpha / total
-    world.verdict.agent_trust[k], world.verdict.agent_trust_var[k] = mean, mean * (1.0 - mean) / (total + 1.0)
-    return mean
+    belief = (alpha, beta)
+    world.verdict.agent_trust[k], world.verdict.agent_trust_var[k] = mean_of(belief), variance_of(belief)
+    return world.verdict.agent_trust[k]

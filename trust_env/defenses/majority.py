@@ -39,7 +39,7 @@ class Majority(BuiltIn):
     def values(self, n_agents: int) -> dict[str, Any]:
         return {"q": self.q}
 
-    def lengths(self) -> dict[str, int]:
+    def lengths(self, n_agents: int) -> dict[str, int]:
         return {"H": self.window}
 
     @staticmethod

@@ -38,6 +38,8 @@ class Parsimony(BuiltIn):
         **LOOKS,
         "speakers": "i8 J 2 | bit k: agent k claims the track; denies it",
         "conflicts": "i8 K | bit l: agent l contradicts",
+    }
+    scratch: ClassVar = {
         "cost": "f8 K | nats, of taking the agent for a liar",
         "cleared": "f8 K | explanations without the agent",
         "score": "f8 J | sum over the explanations",

@@ -30,7 +30,8 @@ class Particle(BuiltIn):
     """
 
     parameters: ClassVar = {"sigma": "f8", "window": "i8 | frames"}
-    memory: ClassVar = {**VOTES, "r": "f8 K M", "w": "f8 K M | of the particles, sum 1", "drawn": "f8 M"}
+    memory: ClassVar = {**VOTES, "r": "f8 K M", "w": "f8 K M | of the particles, sum 1"}
+    scratch: ClassVar = {"drawn": "f8 M"}
 
     def __init__(self, n: int = 200, sigma: float = 0.02, window: int = 10):
         self.n = whole("particle", "n", n, 2, 10_000)
@@ -43,7 +44,7 @@ class Particle(BuiltIn):
     def values(self, n_agents: int) -> dict[str, Any]:
         return {"sigma": self.sigma, "window": self.window}
 
-    def lengths(self) -> dict[str, int]:
+    def lengths(self, n_agents: int) -> dict[str, int]:
         return {"M": self.n}
 
     @staticmethod

@@ -27,7 +27,8 @@ class ScoreAsymmetry(BuiltIn):
     """
 
     parameters: ClassVar = {"l": "i8", "a": "f8", "gamma": "f8"}
-    memory: ClassVar = {**LOOKS, "p": "f8 K | of the agents, of one track"}
+    memory: ClassVar = LOOKS
+    scratch: ClassVar = {"p": "f8 K | of the agents, of one track"}
 
     def __init__(self, l: int = 0, a: float = 1e-3, gamma: float = 0.95):  # noqa: E741
         self._params = {

@@ -89,7 +89,7 @@ class Trust(BuiltIn):
         listed = np.array([beta_of(prior) for prior in own.values()]).reshape(-1, 2)
         return numbers | priors | {"listed_id": np.array(list(own), dtype=np.int64), "listed_prior": listed}
 
-    def lengths(self) -> dict[str, int]:
+    def lengths(self, n_agents: int) -> dict[str, int]:
         return {"V": len(self.switches["track_priors"])}
 
     def _priors(self, n_agents: int) -> np.ndarray:

@@ -68,6 +68,7 @@ class Track:
     velocity: np.ndarray  # [2], m/s
     cov: np.ndarray  # [2, 2], m^2
     trust: float
+    trust_std: float
 
 
 @dataclass(frozen=True)
@@ -171,6 +172,7 @@ def _read_tracks(worlds: Batch) -> list[Track]:
             velocity=a.track_mean[0, j, 2:].copy(),
             cov=a.track_cov[0, j, :2, :2].copy(),
             trust=float(a.track_trust[0, j]),
+            trust_std=math.sqrt(float(a.track_trust_var[0, j])),
         )
         for j in np.flatnonzero(a.track_status[0]).tolist()
     ]

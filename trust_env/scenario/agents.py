@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from trust_env.scenario.errors import Problem
 from trust_env.scenario.fov import Fov, FovDifference
 from trust_env.scenario.types import (
+    MAX_AGENTS,
     VARIANCE,
     AgentCount,
     Angle,
@@ -27,6 +28,7 @@ from trust_env.scenario.types import (
 )
 
 Role = Literal["adversary", "benign"]
+PlatformName = Annotated[str, Field(min_length=1, max_length=200)]
 Matrix = tuple[tuple[float, float], tuple[float, float]]
 _MAX_CORRELATION = 0.999999  # of the noise: nearer to 1 rounding decides whether a matrix is a covariance
 
@@ -39,6 +41,7 @@ class Team(Part):
     order: Literal["adversaries_first", "adversaries_last"]
     placement: Literal["random", "overlapping", "together", "traffic"]
     spread: Length  # m, radius of the disc of `overlapping`
+    platforms: Annotated[tuple[PlatformName, ...], Field(max_length=MAX_AGENTS)] | None  # [K]
 
     @property
     def roles(self) -> tuple[Role, ...]:
@@ -135,6 +138,7 @@ class AgentEntry(Part):
     """One agent as a scenario lists it."""
 
     role: Role
+    platform: PlatformName | None = None  # type of the agent's platform; null: like no other
     position: Point | None = None  # m; null: placed by team.placement
     heading: Angle = 0.0  # rad, counter-clockwise from the x axis
     fov: FovDifference | None = None
@@ -148,6 +152,7 @@ class Agent(Part):
 
     name: str
     role: Role
+    platform: str | None  # its type; None: like no other
     position: Point | None  # m; None: drawn at every reset
     heading: Angle  # rad, counter-clockwise from the x axis
     fov: Fov

@@ -19,7 +19,12 @@ MAX_CLUTTER = 500  # a scan, on average: Poisson numbers are drawn by inversion,
 
 
 def agent_problems(scenario: ScenarioFields) -> list[Problem]:
-    """Problems of the number of agents, and of their FOVs and sensors after the differences."""
+    """Problems of the number of agents and of platforms, and of FOVs and sensors after the differences."""
+    if scenario.agents is None and scenario.team.platforms is not None:
+        count, agents = len(scenario.team.platforms), len(scenario.team.roles)
+        if count != agents:
+            text = f"expected one platform type for each of the {agents} agents; there are {count}"
+            return [Problem(("team", "platforms"), list(scenario.team.platforms), text, _TEAM[1:])]
     if not 1 <= scenario.n_agents <= MAX_AGENTS:
         at: Location = ("team", "n_benign") if scenario.agents is None else ("agents",)
         value = scenario.team.n_benign if scenario.agents is None else MISSING

@@ -11,6 +11,7 @@ _DECIDED_BY: tuple[tuple[Location, Location], ...] = (
     (("team", "n_adversaries"), ("agents",)),
     (("team", "n_benign"), ("agents",)),
     (("team", "order"), ("agents",)),
+    (("team", "platforms"), ("agents",)),
     (("targets", "slots"), ("targets", "positions")),
     (("targets", "slots"), ("targets", "data")),
     (("targets", "velocities"), ("targets", "data")),

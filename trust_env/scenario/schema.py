@@ -53,7 +53,10 @@ class ScenarioFields(Part):
     @property
     def entries(self) -> tuple[AgentEntry, ...]:
         """The agents as listed, or as the team makes them; [K]."""
-        return self.agents if self.agents is not None else tuple(AgentEntry(role=r) for r in self.team.roles)
+        if self.agents is not None:
+            return self.agents
+        platforms = self.team.platforms or (None,) * len(self.team.roles)
+        return tuple(AgentEntry(role=r, platform=p) for r, p in zip(self.team.roles, platforms, strict=True))
 
     @property
     def n_agents(self) -> int:
@@ -66,6 +69,13 @@ class ScenarioFields(Part):
         return tuple(entry.role for entry in self.entries)
 
     @property
+    def platforms(self) -> tuple[int, ...]:
+        """Numbers of the agents' platform types in the order in which they are named, -1 for none; [K]."""
+        named = [entry.platform for entry in self.entries]
+        types = list(dict.fromkeys(name for name in named if name is not None))
+        return tuple(-1 if name is None else types.index(name) for name in named)
+
+    @property
     def agent_names(self) -> tuple[str, ...]:
         """`adversary_0`, `benign_0`, ...: counted per role, in the order of the agents; [K]."""
         return tuple(f"{role}_{self.roles[:k].count(role)}" for k, role in enumerate(self.roles))
@@ -76,6 +86,7 @@ class ScenarioFields(Part):
         return Agent(
             name=self.agent_names[k],
             role=entry.role,
+            platform=entry.platform,
             position=self._position_of(k) if entry.position is None else entry.position,
             heading=entry.heading,
             fov=self.fov_of(entry),

@@ -13,7 +13,7 @@ from typing import Any
 from trust_env.errors import unknown_name
 from trust_env.files import expanded
 from trust_env.scenario.errors import Location, Origins, Problem, ScenarioError
-from trust_env.scenario.layers import Layer, absolute_data, locations, to_builtin
+from trust_env.scenario.layers import Layer, absolute_data, locations, merge_layers, to_builtin
 from trust_env.scenario.overrides import override_layer
 from trust_env.scenario.scenario import Scenario
 from trust_env.scenario.yaml_lines import read_yaml
@@ -22,6 +22,7 @@ from trust_env.spec import parse
 Source = str | Path | Mapping[str, Any] | Scenario
 
 _FILE = re.compile(r"(?P<path>.*\.ya?ml)\s*(?P<call>\(.*\))?", re.DOTALL | re.IGNORECASE)
+NO_DESCRIPTION = "no description is given"  # of a scenario that has its own name
 _MAX_FILES = 10  # each the base of the one before
 _MAX_CHARACTERS = 1_000_000  # of a file
 _BUILT_IN = resources.files("trust_env.scenario") / "builtin"
@@ -123,4 +124,7 @@ def _over_base(layer: Layer, folder: Path, chain: tuple[str, ...]) -> list[Layer
     except ScenarioError as error:
         prefix = layer.origins.describe(("base",))
         raise ScenarioError(f"{prefix}: base: {text}" for text in error.problems) from None
+    named = merge_layers(below).fields["name"]
+    if fields.get("name", named) != named:  # another scenario than the one it is based on
+        fields.setdefault("description", NO_DESCRIPTION)
     return [*below, Layer(absolute_data(fields, folder), layer.origins)]

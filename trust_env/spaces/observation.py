@@ -8,9 +8,9 @@ All entries are float32 in [-1, 1]. Positions are scaled either to the agent's o
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
@@ -19,6 +19,8 @@ from trust_env.world.tracking.score import CONFIRMED
 
 if TYPE_CHECKING:
     from trust_env.scenario import Scenario
+
+Agents = np.ndarray | list[int] | int  # indices in `possible_agents`
 
 KNOWLEDGE = {"own": 0, "poses": 1, "picture": 2, "white_box": 3}
 REACH = 1.25  # FOV radii that own detections are scaled by
@@ -118,20 +120,48 @@ class ObservationTable(Mapping[str, Field]):
         out[: len(NAMES)] = [self._fields[name].slice.start if name in self._fields else -1 for name in NAMES]
         return out
 
+    @overload
+    def read(self, observation: np.ndarray, agents: str) -> np.ndarray: ...
+
+    @overload
+    def read(self, observation: np.ndarray, agents: Agents | None, names: str) -> np.ndarray: ...
+
+    @overload
+    def read(
+        self, observation: np.ndarray, agents: Agents | None = None, names: tuple[str, ...] | list[str] | None = None
+    ) -> dict[str, np.ndarray]: ...
+
     def read(
         self,
         observation: np.ndarray,
-        agents: np.ndarray | list[int] | int,
-        names: Collection[str] | None = None,
-    ) -> dict[str, np.ndarray]:
+        agents: Agents | str | None = None,
+        names: tuple[str, ...] | list[str] | str | None = None,
+    ) -> dict[str, np.ndarray] | np.ndarray:
         """The fields of `observation[..., O]` in metres and m/s (float64), masks as booleans.
 
-        `agents`: the agents' indices, to be broadcast against the leading axes of `observation` (their FOVs
-        scale what is relative). names: of the fields that are wanted, as far as there are any; None: all.
+        names: of the fields that are wanted, as far as there are any; None: all, by name. One name gives its array
+        alone, also in place of the agents: `read(observation, "detections")`.
+        agents: the agents' indices in `possible_agents`, to be broadcast against the leading axes of `observation`
+        (their FOVs scale what is relative); they may be left out where all FOVs reach as far, or where
+        `observation[..., K, O]` holds all agents. ValueError: they may not; KeyError: there is no field of that name.
         """
+        if isinstance(agents, str):
+            agents, names = None, agents
+        which = self._agents_of(observation) if agents is None else agents
         place = self._places(self._entries(observation, "pose"))
+        if isinstance(names, str):
+            return self._in_units(names, self._entries(observation, names), place, which)
         wanted = self if names is None else [name for name in self if name in names]
-        return {name: self._in_units(name, self._entries(observation, name), place, agents) for name in wanted}
+        return {name: self._in_units(name, self._entries(observation, name), place, which) for name in wanted}
+
+    def _agents_of(self, observation: np.ndarray) -> Agents:
+        """The agents whose observations these are, as far as it matters."""
+        reach = self.scales.reach
+        if (reach == reach[0]).all():
+            return 0
+        if observation.ndim > 1 and observation.shape[-2] == len(reach):
+            return np.arange(len(reach))
+        raise ValueError("the agents' FOVs reach differently far; expected agents, their indices in possible_agents")
 
     def _entries(self, observation: np.ndarray, name: str) -> np.ndarray:
         """A field as it stands in observations."""
@@ -142,9 +172,7 @@ class ObservationTable(Mapping[str, Field]):
         """m, [..., 2]"""
         return entries[..., :2].astype(np.float64) * self.scales.half + self.scales.centre
 
-    def _in_units(
-        self, name: str, entries: np.ndarray, place: np.ndarray, agents: np.ndarray | list[int] | int
-    ) -> np.ndarray:
+    def _in_units(self, name: str, entries: np.ndarray, place: np.ndarray, agents: Agents) -> np.ndarray:
         """A field as `read` gives it; the observing agents stand at place[..., 2] (m)."""
         scales = self.scales
         if name.endswith("mask"):

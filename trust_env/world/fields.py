@@ -176,7 +176,7 @@ _PARAMETERS: Mapping[str, tuple[str, Mapping[str, str]]] = {
         "reward_false_track": "f8", "reward_missing_target": "f8", "reward_lost_trust": "f8",
     }),
     "agents": ("", {
-        "role": "i8 K | 1 adversary, -1 benign",
+        "role": "i8 K | 1 adversary, -1 benign", "platform": "i8 K | number of its type; -1: like no other",
         "start_pose": "f8 K 3 | m, m, rad", "pose_drawn": "b1 K",
         "placement": "i8 | its code in world.agents", "spread": "f8 | m",
         "fov_shape": "i8 K | its place in scenario.fov.SHAPES", "fov_is_round": "b1 K",

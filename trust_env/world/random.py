@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import namedtuple
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -155,11 +156,17 @@ def uniforms(seed: int, worlds, episodes, stream: int, frames, count: int, first
     """U[0, 1) draws `[W, count]`, row w a function of (seed, worlds[w], episodes[w], stream, frames[w], first
     + index).
     """
+    return uniform_sets(seed, worlds, episodes, stream, frames, count, (first,))[0]
+
+
+def uniform_sets(seed: int, worlds, episodes, stream: int, frames, count: int, firsts: Sequence[int]) -> np.ndarray:
+    """U[0, 1) draws `[len(firsts), W, count]`: those of `uniforms` from each of the indices `firsts` on."""
     columns = [np.ascontiguousarray(a, dtype=np.int64) for a in (worlds, episodes, frames)]
     rows = len(columns[0])
     if any(column.shape != (rows,) for column in columns):
         raise ValueError(f"worlds, episodes and frames must be as long as each other; got {columns}")
-    out = np.empty((rows, count))
+    out = np.empty((len(firsts), rows, count))
     w, e, f, to = (array.ctypes.data for array in (*columns, out))
-    _fill_uniforms(int(seed), w, e, int(stream), f, int(first), rows, int(count), to)
+    for i, first in enumerate(firsts):
+        _fill_uniforms(int(seed), w, e, int(stream), f, int(first), rows, int(count), to + 8 * rows * count * i)
     return out

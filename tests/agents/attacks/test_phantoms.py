@@ -11,7 +11,8 @@ from attack_runs import injected, play, quiet
 
 from trust_env.agents import POLICIES, build_policy
 from trust_env.agents.attacks.motion import step
-from trust_env.agents.attacks.phantoms import SHARED_PARAMETERS, Phantoms
+from trust_env.agents.attacks.phantom_parameters import SHARED_PARAMETERS
+from trust_env.agents.attacks.phantoms import Phantoms
 from trust_env.scenario import load_scenario
 from trust_env.training import evaluate
 
@@ -59,7 +60,7 @@ class TestMotion:
             return (points[:, 0] >= 0.0) & (points[:, 0] <= 10.0)
 
         for _ in range(6):
-            position, velocity, left = step("pace", position, velocity, np.array([0.5]), 1.0, on_the_line)
+            position, velocity, left = step("pace", position, velocity, lambda _: np.array([0.5]), 1.0, on_the_line)
             path.append(float(position[0, 0]))
             assert not left.any()
         np.testing.assert_allclose(path, [1, 4, 7, 10, 7, 4, 1], atol=1e-12)

@@ -6,6 +6,7 @@ import sys
 import pytest
 from paths import ROOT
 
+import trust_env
 from trust_env.training.cli.main import COMMANDS
 from trust_env.training.cli.options import Group
 
@@ -32,6 +33,10 @@ def test_the_documented_commands_exist():
     assert groups["defenses"] >= {"list", "show"} and groups["attacks"] >= {"list", "show"}
 
 
+def test_version_prints_that_of_the_package(cli):
+    assert cli("--version") == (0, f"trust-env {trust_env.__version__}\n", "")
+
+
 def test_the_program_runs_as_a_module():
     done = subprocess.run([*PROGRAM, "--help"], cwd=ROOT, capture_output=True, text=True, check=True)
     assert "evaluate" in done.stdout
@@ -46,7 +51,7 @@ def test_building_the_parser_loads_nothing_heavy():
 @pytest.mark.parametrize(("arguments", "nearest"), [
     (("evaluat", "--attack", "honest"), "unknown command 'evaluat'; did you mean 'evaluate'? known: attacks, bench"),
     (("scenario",), "did you mean 'scenarios'?"),
-    (("scenarios", "lst"), "unknown command of scenarios 'lst'; did you mean 'list'? known: check, list, show"),
+    (("scenarios", "lst"), "unknown command of scenarios 'lst'; did you mean 'list'? known: check, explain, list"),
     (("nothing-like-it",), "unknown command 'nothing-like-it'; known: attacks"),
     (("evaluate", "--episods", "3"), "--episodes INT"),
     (("train", "--stesp", "3"), "--steps INT"),

@@ -21,6 +21,31 @@ def test_show_prints_yaml_that_loads_back(cli, tmp_path):
     assert json.loads(cli("scenarios", "show", "patrol", "--json")[1])["horizon"] == 200
 
 
+def test_show_prints_units_and_comments_those_of_listed_agents_too(cli):
+    lines = cli("scenarios", "show", "case1")[1].splitlines()
+    assert any(line.startswith("dt: 0.1 ") and "# s, length of a frame" in line for line in lines)
+    assert sum(line.startswith("- role:") and "# adversary | benign" in line for line in lines) == 3
+    assert max(len(line) for line in lines if line[39:41] == " #") <= 120
+
+
+def test_explain_says_unit_default_and_values_of_a_field(cli):
+    code, out, _ = cli("scenarios", "explain", "tracker.process_noise")
+    assert code == 0
+    assert out.splitlines()[0] == "tracker.process_noise"
+    assert "unit: m^2/s^3" in out and "default: 0.2" in out and "values: number from 0 to 1e+09" in out
+    found = json.loads(cli("scenarios", "explain", "agents", "--json")[1])
+    assert {"agents[].role", "agents[].belief.compromised"} <= {field["name"] for field in found["fields"]}
+    code, _, err = cli("scenarios", "explain", "gat")
+    assert code == 2 and "unknown field 'gat'" in err
+
+
+def test_schema_prints_the_schema_of_files(cli):
+    code, out, _ = cli("scenarios", "schema")
+    found = json.loads(out)
+    assert code == 0 and "base" in found["properties"]
+    assert found["properties"]["tracker"]["properties"]["gate"]["default"] == 0.99
+
+
 def test_check_lists_every_problem_of_a_file(cli, tmp_path):
     file = tmp_path / "my.yaml"
     file.write_text("base: patrol\nhorizn: 3\ntracker: {gate: 1.5}\ndt: -1\n")

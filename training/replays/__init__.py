@@ -1,0 +1,1 @@
+"""Episodes played again, to look at: as a page that plays them, or as a moving image."""

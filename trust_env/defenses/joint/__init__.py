@@ -1,0 +1,1 @@
+"""The parts of `joint_posterior`: hypotheses, looks, patterns, motions, areas, posterior."""
