@@ -21,8 +21,8 @@ PYTEST := $(BIN)/python -m pytest -n 2 --benchmark-disable
 help:  ## what can be made
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST)
 
-demo: $(VENV)/.installed-core  ## one evaluation of a built-in scenario: no torch, no data files
-	$(BIN)/trust-env evaluate --scenario case1 --attack honest,false_positive --defense score,trust --episodes 20
+demo: $(VENV)/.installed-core  ## two attacks against three defenses, in a minute: no torch, no data files
+	$(BIN)/trust-env demo --out $(VENV)/demo
 
 test: $(INSTALLED)  ## all tests but those of other training libraries, on two processes
 	$(PYTEST) --ignore=tests/clients

@@ -67,3 +67,29 @@ def test_adversaries_observe_each_other_and_benign_agents_nobody():
                 assert read["poses"][other] == pytest.approx(expected, abs=1e-3)
                 assert read["fovs"][other, 0] == pytest.approx(250.0, rel=1e-5)
         observations, *_ = env.step(random_actions(env, rng))
+
+
+def test_one_field_is_read_by_its_name():
+    env = trust_env.parallel_env("trio", "trust")
+    observations, _ = env.reset(seed=4)
+    n = env.arrays.raw_count[0, 1]
+    agent = env.possible_agents[1]
+    points = env.observation_table.read(observations[agent], "detections")
+    assert points.shape == (env.scenario.sensor.max_detections, 2) and points[:n] == pytest.approx(
+        env.arrays.raw_detections[0, 1, :n], abs=1e-3
+    )
+    assert (points == env.observation_table.read(observations[agent], 1)["detections"]).all()
+    with pytest.raises(KeyError, match="picture"):
+        env.observation_table.read(observations[agent], "picture")  # of a higher knowledge level
+
+
+def test_where_fovs_differ_the_agents_are_all_or_have_to_be_named():
+    agents = [{"role": "adversary"}, {"role": "benign", "fov": {"radius": 100.0}}]
+    venv = trust_env.vector_env({"base": "trio", "agents": agents}, "score", num_worlds=2)
+    observations, _ = venv.reset(seed=4)
+    whole = venv.observation_table.read(observations, "detections")
+    assert (whole == venv.observation_table.read(observations, np.arange(2), "detections")).all()
+    alone = venv.observation_table.read(observations[0, 1], 1, "detections")
+    assert (alone == whole[0, 1]).all()
+    with pytest.raises(ValueError, match="expected agents, their indices"):
+        venv.observation_table.read(observations[0, 1], "detections")

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from trust_env.training.evaluation.evaluate import evaluate as evaluate
     from trust_env.training.exploitation.exploit import exploit as exploit
     from trust_env.training.exploitation.search import search as search
+    from trust_env.training.learning.seeds import train_seeds as train_seeds
     from trust_env.training.learning.train import train as train
     from trust_env.training.paper.reproduce import reproduce as reproduce
     from trust_env.training.replays.replay import replay as replay
@@ -35,9 +36,13 @@ _HOMES = {
     "reproduce": "paper.reproduce",
     "search": "exploitation.search",
     "train": "learning.train",
+    "train_seeds": "learning.seeds",
 }
 
-__all__ = ["benchmark", "conform", "curve", "evaluate", "exploit", "replay", "report", "reproduce", "search", "train"]
+__all__ = [
+    "benchmark", "conform", "curve", "evaluate", "exploit", "replay", "report", "reproduce", "search",
+    "train", "train_seeds",
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:

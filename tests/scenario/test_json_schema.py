@@ -9,8 +9,8 @@ import pytest
 import yaml
 
 from trust_env.scenario import Scenario, load_scenario, scenario_fields, scenarios
-from trust_env.scenario.comments import comment_of, field_comments, unit_of
 from trust_env.scenario.commented import commented_yaml
+from trust_env.scenario.comments import comment_of, field_comments, unit_of
 from trust_env.scenario.json_schema import field_infos, find_field, scenario_schema
 from trust_env.scenario.yaml_lines import read_yaml
 

@@ -75,7 +75,7 @@ def evaluate(
             print(f"trust-env: {note}", file=sys.stderr)
     else:
         if metrics is None:
-            print_overview(results, Console())
+            print_overview(results, Console(), out)
         else:
             print_results(results, metrics, Console())
         if strata:

@@ -11,10 +11,11 @@ from tyro.extras import SubcommandApp
 
 import trust_env
 from trust_env.errors import unknown_name
-from trust_env.training.cli import attacks, defenses, metrics, scenarios, threats
+from trust_env.training.cli import attacks, defenses, metrics, new, scenarios, threats
 from trust_env.training.cli.benchmark import benchmark
 from trust_env.training.cli.conform import conform
 from trust_env.training.cli.curve import curve
+from trust_env.training.cli.demo import demo
 from trust_env.training.cli.evaluate import evaluate
 from trust_env.training.cli.exploit import exploit
 from trust_env.training.cli.options import INTERRUPTED, OK, WRONG_INPUT, Command, Group
@@ -27,6 +28,7 @@ from trust_env.training.cli.train import train
 DEBUG = "TRUST_ENV_DEBUG"  # set it to see where an error comes from
 
 COMMANDS: dict[str, Command | Group] = {
+    "demo": demo,
     "evaluate": evaluate,
     "curve": curve,
     "report": report,
@@ -36,6 +38,7 @@ COMMANDS: dict[str, Command | Group] = {
     "benchmark": benchmark,
     "train": train,
     "exploit": exploit,
+    "new": new.COMMANDS,
     "scenarios": scenarios.COMMANDS,
     "defenses": defenses.COMMANDS,
     "attacks": attacks.COMMANDS,

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from tyro.conf import arg
 
@@ -24,6 +25,7 @@ def train(
     defense: Annotated[str | None, arg(help="what is learned against: trust, my_file.py:MyDefense")] = None,
     steps: Annotated[int | None, arg(help="frames of all learners together")] = None,
     seed: Annotated[int | None, arg(help="seed of weights, exploration and worlds")] = None,
+    seeds: Annotated[int | None, arg(help="so many runs, of --seed and on, in folders of --out")] = None,
     out: Annotated[Path | None, arg(help="folder for the run, new or empty")] = None,
     resume: Annotated[Path | None, arg(help="folder of a run to continue, as it was configured")] = None,
     config: Annotated[Path | None, arg(help="YAML file with what differs from the defaults")] = None,
@@ -44,11 +46,11 @@ def train(
     as_json: Json = False,
 ) -> None:
     """Train a policy against a defense, or go on with a run. Defaults: training/learning/defaults.yaml."""
-    from trust_env.training.learning.train import train as run
-
-    policies, overrides = policies_of(others), fields_of(settings)
+    options = {"scenario": scenario, "defense": defense, "steps": steps, "seed": seed, "config": config}
+    options |= {"knowledge": knowledge, "wrapper": wrapper}
+    options |= {"others": policies_of(others), "overrides": fields_of(settings)}
     try:
-        found = run(scenario, defense, steps, seed, out, resume, config, knowledge, wrapper, policies, overrides)
+        found = _run_of_every_seed(seeds, out, resume, options) if seeds is not None else _run(out, resume, options)
     except (KeyboardInterrupt, OSError):
         folder = resume if resume is not None else out
         if folder is not None and (folder / "config.yaml").is_file():
@@ -58,6 +60,22 @@ def train(
         print_json(found.to_dict())
     else:
         print(found.describe())
+
+
+def _run(out: Path | None, resume: Path | None, options: Mapping[str, Any]) -> Any:
+    from trust_env.training.learning.train import train as run
+
+    return run(out=out, resume=resume, **options)
+
+
+def _run_of_every_seed(seeds: int, out: Path | None, resume: Path | None, options: Mapping[str, Any]) -> Any:
+    from trust_env.training.learning.seeds import train_seeds
+
+    if out is None or resume is not None:
+        raise ValueError(
+            "--seeds: expected --out, the folder for all runs, and no --resume: it continues what is there"
+        )
+    return train_seeds(seeds, out, **options)
 
 
 def policies_of(texts: tuple[str, ...]) -> dict[str, str]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
 from typing import NamedTuple
 
 from rich.box import SIMPLE_HEAD
@@ -17,7 +19,7 @@ from trust_env.training.evaluation.replay_code import worst_world
 from trust_env.training.evaluation.results import DAMAGE, Results
 from trust_env.training.evaluation.summary import Summary
 
-_NAMES, _GAP = 12, 2  # columns of a name on a narrow screen; between columns, of which the border is one
+_GAP, _WIDE = 2, 100  # between columns, on screens that are so wide; else 1
 
 
 class Heading(NamedTuple):
@@ -40,8 +42,11 @@ COLUMNS: dict[str, Heading] = {
 _ABSENT = "nobody attacks, or the defense has no opinion"
 
 
-def print_overview(results: Results, console: Console) -> None:
-    """The table, a line for each column, the notes, and how to see the worst episode again."""
+def print_overview(results: Results, console: Console, out: Path | None = None) -> None:
+    """The table, a line for each column, the notes, and how to see the worst episode again.
+
+    out: the folder that the results are in, None: they are in none.
+    """
     console.print(overview_table(results, console.width))
     episodes = f"{results.episodes} episode{'s' if results.episodes > 1 else ''}"
     console.print(f"{results.scenario}, seed {results.seed}: means over {episodes} a cell, 95 % intervals below")
@@ -52,16 +57,23 @@ def print_overview(results: Results, console: Console) -> None:
     for note in results.notes:
         _say(console, note)
     if results.cells:
-        print_replay(results, console)
+        _print_replay(results, console, out)
     _say(console, "more: --metric all, or the metrics of `trust-env metrics list` by name")
 
 
-def print_replay(results: Results, console: Console) -> None:
-    """The lines of Python that begin the worst episode of all cells again."""
-    cell = max(results.cells, key=lambda cell: cell.metrics[DAMAGE].max())
+def _print_replay(results: Results, console: Console, out: Path | None) -> None:
+    """How to see the worst episode of all cells again: a command, or Python where the scenario is an object."""
+    at, cell = max(enumerate(results.cells), key=lambda entry: entry[1].metrics[DAMAGE].max())
     world = worst_world(cell, DAMAGE)
-    _say(console, f"the worst episode, world {world} of {cell.attack} x {cell.defense}, again:")
-    for line in results.replay_code(cell, world).splitlines():
+    episode = (cell.attack, cell.defense, results.seed, world)
+    if out is not None:
+        text = shlex.join(["trust-env", "replay", str(out), "--row", str(at * results.episodes + world)])
+    elif results.setting.source is not None:
+        text = results.setting.replay_command(*episode)
+    else:
+        text = results.setting.replay_code(*episode)
+    _say(console, "the worst episode, to look at:")
+    for line in text.splitlines():
         console.print(Text(f"  {line}", style="dim"), soft_wrap=True)
 
 
@@ -70,34 +82,37 @@ def _say(console: Console, text: str) -> None:
 
 
 def overview_table(results: Results, width: int) -> Table:
-    """A row for every cell."""
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, _GAP - 1, 0, 0), show_edge=False)
-    for name, widest in zip(("attack", "defense"), name_widths(results, width)):
+    """A row for every cell; names that are too long for a screen are broken, at their bracket if that will do."""
+    gap = _GAP if width >= _WIDE else 1
+    room = width - gap - sum(column.width + gap for column in COLUMNS.values())
+    whole = [max(map(len, names)) for names in _names(results)]
+    broken = sum(whole) > room
+    parts = [max(len(line) for name in names for line in _broken(name).split("\n")) for names in _names(results)]
+    widths = whole if not broken else parts if sum(parts) <= room else (room // 2, room - room // 2)
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, gap - 1, 0, 0), show_edge=False)
+    for name, widest in zip(("attack", "defense"), widths):
         table.add_column(name, width=widest, overflow="fold")
     for column in COLUMNS.values():
         table.add_column(column.heading, width=column.width, justify="right")
     above = ""
     for cell in results.cells:
         table.add_section() if above not in ("", cell.attack) else None
-        entries = [_entry(cell, name) for name in COLUMNS]
-        table.add_row(Text(cell.attack if cell.attack != above else ""), Text(cell.defense), *entries)
+        names = ("" if cell.attack == above else cell.attack, cell.defense)
+        shown = [Text(_broken(name) if broken and len(name) > widest else name) for name, widest in zip(names, widths)]
+        table.add_row(*shown, *[_entry(cell, name) for name in COLUMNS])
         above = cell.attack
     return table
 
 
-def name_widths(results: Results, width: int) -> Sequence[int]:
-    """Columns for the names of attacks and defenses: what they need, else what is left beside the numbers."""
-    numbers = sum(column.width + _GAP for column in COLUMNS.values())
-    room = max(2 * _NAMES, width - numbers - _GAP)
-    needed = [max([len(title), *(len(name) for name in names)]) for title, names in _names(results)]
-    if sum(needed) <= room:
-        return needed
-    first = min(needed[0], max(room // 2, room - needed[1]))
-    return first, min(needed[1], room - first)
+def _broken(name: str) -> str:
+    """A name with its parameters on a line of their own."""
+    before, bracket, after = name.partition("(")
+    return f"{before}\n{bracket}{after}" if bracket else name
 
 
-def _names(results: Results) -> list[tuple[str, list[str]]]:
-    return [("attack", [cell.attack for cell in results.cells]), ("defense", [cell.defense for cell in results.cells])]
+def _names(results: Results) -> Iterator[list[str]]:
+    yield ["attack", *(cell.attack for cell in results.cells)]
+    yield ["defense", *(cell.defense for cell in results.cells)]
 
 
 def _entry(cell: Cell, column: str) -> Text:

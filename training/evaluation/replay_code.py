@@ -1,7 +1,9 @@
-"""An episode of an evaluation as lines of Python that begin it again."""
+"""An episode of an evaluation again: as a command that shows it, as lines of Python that begin it."""
 
 from __future__ import annotations
 
+import json
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -37,6 +39,17 @@ class Setting:
             f"player = trust_env.agents.Player(env, {{'adversary': {attack!r}}})\n"
             f"observations, infos = env.reset(seed={seed}, options={{'world': {world}, 'episode': 0}})"
         )
+
+    def replay_command(self, attack: str, defense: str, seed: int, world: int) -> str:
+        """The command that shows an episode again, where the scenario was named."""
+        changes = dict(self.changes)
+        data = changes.pop("targets.data", None)
+        words = ["trust-env", "replay", "--scenario", str(self.source), "--attack", attack, "--defense", defense]
+        words += ["--seed", str(seed), "--world", str(world)]
+        words += [] if data is None else ["--data", str(data)]
+        words += [] if self.max_cycles is None else ["--max-cycles", str(self.max_cycles)]
+        words += [word for name, value in changes.items() for word in ("--set", f"{name}={json.dumps(value)}")]
+        return shlex.join(words)
 
 
 def worst_world(cell: Cell, metric: str) -> int:

@@ -25,6 +25,7 @@ from trust_env.scenario.types import (
 )
 from trust_env.scenario.yaml_lines import read_yaml, write_yaml
 
+MOST_BETWEEN_EVALUATIONS = 250_000  # steps, where nothing is said
 TRAINING_SEEDS = 2**62  # worlds of training have seeds from here on, so that all below are held out
 VALIDATION_SEEDS = TRAINING_SEEDS + 2**61  # from here on they are for choosing among attacks that were found
 
@@ -62,7 +63,7 @@ class Normalise(Part):
 
 
 class Evaluation(Part):
-    every: Size  # steps
+    every: Size | None  # steps; None: see `Configuration.evaluated_every`
     episodes: Size
     seed: HeldOutSeed
 
@@ -97,6 +98,11 @@ class Configuration(Part):
             text = f"expected the policy of others: {self.role} is the role that learns"
             raise_problems([Problem(("others", self.role), self.others[self.role], text)])
         return self
+
+    @property
+    def evaluated_every(self) -> int:
+        """Steps between evaluations: as given, or so that there are ten and more."""
+        return self.evaluation.every or max(1, min(MOST_BETWEEN_EVALUATIONS, self.steps // 10))
 
     @property
     def world_seed(self) -> int:

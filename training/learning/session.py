@@ -97,7 +97,8 @@ class Session:
             self.save()
         while not self.finished:
             self._iterate()
-            evaluates = self.finished or self.steps - self._evaluated >= self.config.evaluation.every
+            every = self.config.evaluated_every
+            evaluates = self.finished or self.steps // every > self._evaluated // every
             if evaluates:
                 self._evaluate(tell)
             waited = time.monotonic() - self._saved >= self.config.checkpoint.every

@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import csv
 import sys
+import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,7 @@ from trust_env.files import expanded, locked
 from trust_env.scenario import Scenario, load_scenario
 from trust_env.training.console import progress_bar
 from trust_env.training.learning.configuration import Configuration, load_configuration
+from trust_env.training.learning.learning_curve import CURVE, draw_curve
 from trust_env.training.learning.signals import stop_on_signals
 
 if TYPE_CHECKING:
@@ -41,13 +43,16 @@ class TrainingRun:
         return {"folder": str(self.folder), "steps": self.steps, "evaluations": self.evaluations}
 
     def describe(self) -> str:
-        """The result in two lines, and the command that evaluates it."""
+        """The result, where its learning curve is, and the command that evaluates it."""
+        from trust_env.training.learning.next_step import next_step
+
         done = "was finished before" if self.began_at == self.steps else "is finished"
         damage = self.evaluations[-1]["damage_per_frame"]
-        return (
-            f"{self.folder} {done}: {self.steps:,} steps, damage per frame {damage:.2f} on held-out worlds\n"
-            f"to compare: trust-env evaluate --attack {self.folder},false_positive"
-        )
+        return "\n".join([
+            f"{self.folder} {done}: {self.steps:,} steps, damage per frame {damage:.2f} on held-out worlds",
+            *([f"its learning curve: {self.folder / CURVE}"] if (self.folder / CURVE).is_file() else []),
+            next_step([self.folder]),
+        ])  # fmt: skip
 
 
 def train(
@@ -76,14 +81,12 @@ def train(
     """
     from trust_env.training.learning.training_folder import TrainingFolder
 
-    own = {"defense": defense, "steps": steps, "seed": seed, "knowledge": knowledge, "wrapper": wrapper}
-    own |= {f"others.{key}": value for key, value in (others or {}).items()}
-    given = {name: value for name, value in own.items() if value is not None} | dict(overrides or {})
+    given = given_fields(defense, steps, seed, knowledge, wrapper, others, overrides)
     if resume is not None:
         _check_nothing_beside_resume({"scenario": scenario, "out": out, "config": config} | given)
         folder, new_run = TrainingFolder.open(resume), None
     elif out is not None:
-        folder, new_run = TrainingFolder(expanded(out)), _new_run(scenario, config, given)
+        folder, new_run = TrainingFolder(expanded(out)), configured(scenario, config, given)
     else:
         raise ValueError("train: expected out, a new or empty folder for the run, or resume, that of a run")
     from trust_env.training.learning.torch_state import isolated_torch
@@ -95,6 +98,21 @@ def train(
             return _continue(folder, progress)
 
 
+def given_fields(
+    defense: str | None = None,
+    steps: int | None = None,
+    seed: int | None = None,
+    knowledge: str | None = None,
+    wrapper: str | None = None,
+    others: Mapping[str, str] | None = None,
+    overrides: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """The fields of the configuration that arguments of `train` set."""
+    own = {"defense": defense, "steps": steps, "seed": seed, "knowledge": knowledge, "wrapper": wrapper}
+    own |= {f"others.{key}": value for key, value in (others or {}).items()}
+    return {name: value for name, value in own.items() if value is not None} | dict(overrides or {})
+
+
 def _check_nothing_beside_resume(given: Mapping[str, Any]) -> None:
     named = [name for name, value in given.items() if value is not None]
     if named:
@@ -104,7 +122,7 @@ def _check_nothing_beside_resume(given: Mapping[str, Any]) -> None:
         )
 
 
-def _new_run(scenario: Any, config: Any, given: Mapping[str, Any]) -> tuple[Configuration, Scenario]:
+def configured(scenario: Any, config: Any, given: Mapping[str, Any]) -> tuple[Configuration, Scenario]:
     """What is trained. ValueError: it cannot be."""
     from trust_env.training.learning.session import build_learners
 
@@ -123,6 +141,7 @@ def _continue(folder: TrainingFolder, progress: bool) -> TrainingRun:
 
     saved = folder.checkpoints.load(_warn)
     if saved and saved["steps"] >= folder.configuration().steps:
+        draw_curve([folder.path], folder.path / CURVE)
         return TrainingRun(folder.path, saved["steps"], _evaluations(folder.path), saved["steps"])
     session = Session(folder, saved)
     began, configured = session.steps, session.config.steps
@@ -133,6 +152,7 @@ def _continue(folder: TrainingFolder, progress: bool) -> TrainingRun:
             session.run(advance, tell, stop_requested)
     finally:
         session.close()
+    draw_curve([folder.path], folder.path / CURVE)
     return TrainingRun(folder.path, session.steps, _evaluations(folder.path), began)
 
 
@@ -143,15 +163,21 @@ def _warn(text: str) -> None:
 @contextlib.contextmanager
 def _shown(session: Session, progress: bool) -> Iterator[tuple[Callable[[int], None], Callable[[str], None]]]:
     """A bar on a terminal, else a line for every evaluation."""
-    total = session.total
+    total, began, at = session.total, session.steps, time.monotonic()
     with progress_bar("train", total, progress, session.steps) as (advance, tell):
 
         def report(text: str) -> None:
             tell(f"train: {text}")
             if progress and not sys.stderr.isatty():
-                _warn(f"train: {session.steps:,} of {total:,} steps, {session.seconds:.0f} s: {text}")
+                left = _time_left(session.steps - began, total - session.steps, time.monotonic() - at)
+                _warn(f"train: {session.steps:,} of {total:,} steps, {session.seconds:.0f} s{left}: {text}")
 
         yield advance, report
+
+
+def _time_left(done: int, missing: int, seconds: float) -> str:
+    """How long the missing steps take at the speed of those that are done."""
+    return f", {seconds * missing / done:.0f} s left" if done and missing else ""
 
 
 def _evaluations(folder: Path) -> list[dict[str, float]]:

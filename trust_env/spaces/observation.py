@@ -8,7 +8,7 @@ All entries are float32 in [-1, 1]. Positions are scaled either to the agent's o
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, overload
 
@@ -128,11 +128,14 @@ class ObservationTable(Mapping[str, Field]):
 
     @overload
     def read(
-        self, observation: np.ndarray, agents: Agents | None = None, names: Collection[str] | None = None
+        self, observation: np.ndarray, agents: Agents | None = None, names: tuple[str, ...] | list[str] | None = None
     ) -> dict[str, np.ndarray]: ...
 
     def read(
-        self, observation: np.ndarray, agents: Agents | str | None = None, names: Collection[str] | str | None = None
+        self,
+        observation: np.ndarray,
+        agents: Agents | str | None = None,
+        names: tuple[str, ...] | list[str] | str | None = None,
     ) -> dict[str, np.ndarray] | np.ndarray:
         """The fields of `observation[..., O]` in metres and m/s (float64), masks as booleans.
 
@@ -169,9 +172,7 @@ class ObservationTable(Mapping[str, Field]):
         """m, [..., 2]"""
         return entries[..., :2].astype(np.float64) * self.scales.half + self.scales.centre
 
-    def _in_units(
-        self, name: str, entries: np.ndarray, place: np.ndarray, agents: Agents
-    ) -> np.ndarray:
+    def _in_units(self, name: str, entries: np.ndarray, place: np.ndarray, agents: Agents) -> np.ndarray:
         """A field as `read` gives it; the observing agents stand at place[..., 2] (m)."""
         scales = self.scales
         if name.endswith("mask"):

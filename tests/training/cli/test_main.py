@@ -51,7 +51,7 @@ def test_building_the_parser_loads_nothing_heavy():
 @pytest.mark.parametrize(("arguments", "nearest"), [
     (("evaluat", "--attack", "honest"), "unknown command 'evaluat'; did you mean 'evaluate'? known: attacks, bench"),
     (("scenario",), "did you mean 'scenarios'?"),
-    (("scenarios", "lst"), "unknown command of scenarios 'lst'; did you mean 'list'? known: check, list, show"),
+    (("scenarios", "lst"), "unknown command of scenarios 'lst'; did you mean 'list'? known: check, explain, list"),
     (("nothing-like-it",), "unknown command 'nothing-like-it'; known: attacks"),
     (("evaluate", "--episods", "3"), "--episodes INT"),
     (("train", "--stesp", "3"), "--steps INT"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import shlex
 
 import numpy as np
 import pytest
@@ -65,9 +66,26 @@ def test_the_replay_code_of_a_row_begins_the_episode_that_its_table_measured(res
     assert replayed == pytest.approx({n: v[world] for n, v in cell.metrics.items()}, abs=0, nan_ok=True)
 
 
+def test_the_command_of_a_replay_shows_the_episode_that_the_table_measured(results, cli, tmp_path):
+    line = next(line for line in printed(results, 80).splitlines() if line.startswith("  trust-env replay "))
+    code, out, err = cli(*shlex.split(line)[1:], "--out", tmp_path / "a.html")
+    assert code == 0, err
+    worst = max(cell.metrics["damage_per_frame"].max() for cell in results.cells)
+    assert f"damage per frame {worst:.3g}" in out
+
+
+def test_a_row_of_a_folder_is_named_by_its_number(cli, tmp_path):
+    options = ("--scenario", "trio", "--max-cycles", "20", "--episodes", "3", "--out", tmp_path / "run")
+    _, out, _ = cli("evaluate", "--attack", "false_positive", "--defense", "score,trust", *options)
+    line = next(line for line in out.splitlines() if line.startswith("  trust-env replay "))
+    words = shlex.split(line)[1:]
+    code, out, err = cli(*words, "--out", tmp_path / "a.html")
+    assert code == 0 and "as in its row" in out, err
+
+
 def test_a_knowledge_level_that_an_attack_needs_stands_in_the_code_and_in_the_results():
     options = {"episodes": 1, "max_cycles": 2, "progress": False}
-    found = training.evaluate("trio", "optimal_false_positive", "score", **options)
+    found = training.evaluate("patrol", "fov_aware", "score", **options)
     assert found.knowledge == "poses" == found.setting.changes["knowledge"]
     assert training.evaluate("trio", "honest", "score", **options).setting == Setting("trio", {}, 2)
     of_mapping = training.evaluate({"base": "trio"}, "honest", "score", **options)

@@ -1,0 +1,33 @@
+"""What to do with trained policies: the command that plays them on what they were trained on."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+
+from trust_env.scenario import load_scenario
+from trust_env.training.learning.training_folder import SCENARIO, TrainingFolder
+
+
+def next_step(folders: Sequence[Path]) -> str:
+    """The line that evaluates runs of one configuration on its scenario, against its defense."""
+    folder = TrainingFolder.open(folders[0])
+    config = folder.configuration()
+    if config.role == "benign":
+        return f"to play it: trust_env.agents.Player(env, {{'benign': {str(folder.path)!r}}})"
+    attacks = ",".join([*map(str, folders), "false_positive"])
+    words = ["trust-env", "evaluate", "--scenario", _scenario(folder), "--defense", config.defense, "--attack", attacks]
+    if config.max_cycles is not None:
+        words += ["--max-cycles", str(config.max_cycles)]
+    return f"to compare: {shlex.join(words)}"
+
+
+def _scenario(folder: TrainingFolder) -> str:
+    """The scenario as it was named, where that still gives the same; else the file of the run."""
+    named = folder.configuration().scenario
+    try:
+        same = load_scenario(named) == folder.scenario()
+    except ValueError:
+        same = False
+    return named if same else str(folder.path / SCENARIO)
