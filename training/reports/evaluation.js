@@ -44,14 +44,14 @@ class EvaluationView {
       .filter((line) => line.cell >= 0);
   }
 
-  // The attack that does the most damage to all defenses together, but for those that are there to compare with.
+  // The attack with the highest mean damage over the defenses, but for those that are there to compare with.
   worstAttack() {
     const { attacks, cells, references } = this.section;
-    const total = (attack) =>
-      cells
-        .filter((cell) => cell.attack === attack && !references.includes(cell.defense))
-        .reduce((sum, { damage }) => sum + damage[0], 0);
-    return attacks.map(total).reduce((best, value, i, all) => (value > all[best] ? i : best), 0);
+    const mean = (attack) => {
+      const judged = cells.filter((cell) => cell.attack === attack && !references.includes(cell.defense));
+      return judged.reduce((sum, { damage }) => sum + damage[0] / judged.length, 0);
+    };
+    return attacks.map(mean).reduce((best, value, i, all) => (value > all[best] ? i : best), 0);
   }
 
   get lines() {
