@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import inspect
 import io
 import os
 import re
@@ -132,8 +131,8 @@ def metric_page() -> str:
     shown = [(column.heading, escape(column.meaning)) for column in COLUMNS.values()]
     return "\n".join([
         "# Metrics\n",
-        "Evaluations use these and never rewards. `evaluate` prints an overview, `--metric all` everything, with means, "
-        "the mean of the worst tenth and interquartile means, each with its 95 % bootstrap interval; `results.parquet` "
+        "Evaluations use these and never rewards. `evaluate` prints an overview, `--metric all` everything, with means, the "
+        "mean of the worst tenth and interquartile means, each with its 95 % bootstrap interval; `results.parquet` "
         "has a row per episode. An absent value is `NaN` in arrays and null in files.\n",
         "## The overview of `evaluate`\n",
         table(("column", "meaning"), shown),
@@ -172,7 +171,9 @@ def space_page() -> str:
     env = trust_env.parallel_env({"base": "patrol", "knowledge": "white_box", "coordination": "shared"}, "score")
     levels = {level: trust_env.parallel_env(f"patrol(knowledge={level})", "score") for level in
               ("own", "poses", "picture", "white_box")}  # fmt: skip
-    injections = f"{env.action_table.slots} injection slots of {', '.join(SLOT)}; x and y over the box around the own FOV"
+    injections = (
+        f"{env.action_table.slots} injection slots of {', '.join(SLOT)}; x and y over the box around the own FOV"
+    )
     actions = {"injections": injections, "suppressions": "one entry for each own detection, nearest first"}
     sizes = [(f"`{level}`", str(one.observation_table.size)) for level, one in levels.items()]
     return "\n".join([
@@ -182,8 +183,8 @@ def space_page() -> str:
         table(("entries", "what they are"), [
             (f"{s.start}:{s.stop}", actions[name]) for name, s in env.action_table.items()
         ]),
-        "\nA slot fires when its first entry is above 0; a detection is suppressed when its entry is. The zero action is "
-        "the honest one. What exceeds an agent's budget has no effect.\n",
+        "\nA slot fires when its first entry is above 0; a detection is suppressed when its entry is. The zero action "
+        "is the honest one. What exceeds an agent's budget has no effect.\n",
         "## Observations\n",
         "Flat float32 vectors in [-1, 1]. How long they are depends on the scenario's `knowledge`; of `patrol`:\n",
         table(("knowledge", "entries"), sizes),

@@ -17,7 +17,7 @@ from mkdocs.structure.files import File, Files
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
 
-import generated
+import generated  # noqa: E402 (found by the line above)
 
 _API = re.compile(r"^::: ([\w.]+)$", re.MULTILINE)
 _TABLES = "<!-- the tables in docs/tables -->"
