@@ -81,16 +81,21 @@ def _entries(kind: str, registry: Mapping[str, type]) -> str:
             parts.append(f"Knowledge: `{entry['knowledge']}`\n")
         parameters = entry.get("parameters", {})
         if parameters:
-            columns = ("parameter", "default", "what it is") if any(said.get(p) for p in parameters) else None
-            shown = [
-                (f"`{p}`", _default(v["default"]) if "default" in v else "(to be given)", _meaning(said.get(p, ""), v))
-                for p, v in parameters.items()
-            ]
-            parts.append(table(columns or ("parameter", "default", "choices"), shown))
+            parts.append(_parameter_table(parameters, said))
         for preset, values in entry.get("presets", {}).items():
             differing = ", ".join(f"`{key}={value}`" for key, value in values.items()) or "the defaults above"
             parts.append(f"Preset `{preset}`: {differing}\n")
     return "\n".join(parts)
+
+
+def _parameter_table(parameters: Mapping[str, Any], said: Mapping[str, str]) -> str:
+    """Parameters with their defaults, and what is said of them or which values there are, if anything."""
+    defaults = [f"`{v['default']}`" if "default" in v else "(to be given)" for v in parameters.values()]
+    meanings = [_meaning(said.get(name, ""), values) for name, values in parameters.items()]
+    names = [f"`{name}`" for name in parameters]
+    if not any(meanings):
+        return table(("parameter", "default"), zip(names, defaults))
+    return table(("parameter", "default", "what it is"), zip(names, defaults, meanings))
 
 
 def _meaning(said: str, values: Mapping[str, Any]) -> str:
@@ -131,9 +136,9 @@ def metric_page() -> str:
     shown = [(column.heading, escape(column.meaning)) for column in COLUMNS.values()]
     return "\n".join([
         "# Metrics\n",
-        "Evaluations use these and never rewards. `evaluate` prints an overview, `--metric all` everything, with means, the "
-        "mean of the worst tenth and interquartile means, each with its 95 % bootstrap interval; `results.parquet` "
-        "has a row per episode. An absent value is `NaN` in arrays and null in files.\n",
+        "Evaluations use these and never rewards. `evaluate` prints an overview, `--metric all` everything, with "
+        "means, the mean of the worst tenth and interquartile means, each with its 95 % bootstrap interval; "
+        "`results.parquet` has a row per episode. An absent value is `NaN` in arrays and null in files.\n",
         "## The overview of `evaluate`\n",
         table(("column", "meaning"), shown),
         "## All metrics\n",
@@ -211,7 +216,7 @@ def _help(path: list[str]) -> str:
     from trust_env.training.cli.main import main
 
     written, before = io.StringIO(), dict(os.environ)
-    os.environ |= {"COLUMNS": "100", "NO_COLOR": "1", "TERM": "dumb"}
+    os.environ |= {"COLUMNS": "80", "NO_COLOR": "1", "TERM": "dumb"}
     try:
         with contextlib.redirect_stdout(written), contextlib.suppress(SystemExit):
             main([*path, "--help"])
@@ -281,7 +286,7 @@ def all_pages() -> dict[str, str]:
 def table(heads: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
     """A Markdown table."""
     lines = [heads, tuple("---" for _ in heads), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
+    return "\n" + "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
 
 
 def escape(text: str) -> str:
