@@ -261,7 +261,7 @@ class OneWorld:
         )
         self.alone_area = 1 - self.others_area
         regions, counts = np.unique(covered[:, covered.any(axis=0)].T, axis=0, return_counts=True)
-        self.regions = {frozenset(np.flatnonzero(r)): n / anywhere for r, n in zip(regions, counts)}
+        self.regions = {frozenset(np.flatnonzero(r).tolist()): n / anywhere for r, n in zip(regions, counts)}
 
     def counting(self, tracks: dict[int, Any]) -> np.ndarray:
         """ln of how much better shares of false tracks explain the counts of tracks that only A watches; [A, G]."""

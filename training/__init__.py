@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from trust_env.training.learning.train import train as train
     from trust_env.training.paper.reproduce import reproduce as reproduce
     from trust_env.training.replays.replay import replay as replay
+    from trust_env.training.reports.report import report as report
     from trust_env.training.speed.benchmark import benchmark as benchmark
 
 if __name__ != "trust_env.training":  # in the repository this folder could be imported a second time
@@ -31,6 +32,7 @@ _HOMES = {
     "evaluate": "evaluation.evaluate",
     "exploit": "exploitation.exploit",
     "replay": "replays.replay",
+    "report": "reports.report",
     "reproduce": "paper.reproduce",
     "search": "exploitation.search",
     "train": "learning.train",
@@ -38,7 +40,8 @@ _HOMES = {
 }
 
 __all__ = [
-    "benchmark", "conform", "curve", "evaluate", "exploit", "replay", "reproduce", "search", "train", "train_seeds",
+    "benchmark", "conform", "curve", "evaluate", "exploit", "replay", "report", "reproduce", "search",
+    "train", "train_seeds",
 ]  # fmt: skip
 
 

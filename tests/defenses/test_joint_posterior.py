@@ -149,6 +149,22 @@ def test_three_adversaries_of_five_do_a_fifth_of_what_they_do_to_trust():
     assert ours < 0.2 * theirs
 
 
+def test_moving_phantoms_that_only_adversaries_see_are_told_by_how_many_there_were():
+    ours, theirs, forgetful = (
+        damage("patrol(knowledge=poses)", "stealth", defense, 12)
+        for defense in ("joint_posterior", "trust", "joint_posterior(memory=0)")
+    )
+    assert ours < 0.7 * theirs and ours < 0.8 * forgetful
+
+
+def test_standing_false_tracks_are_told_from_moving_targets():
+    ours, without = (
+        damage("patrol(knowledge=poses)", "fov_aware", defense, 12)
+        for defense in ("joint_posterior", "joint_posterior(kinematics=False)")
+    )
+    assert ours < 0.5 * without
+
+
 @pytest.mark.parametrize("benign", [3, 5])
 def test_honest_play_is_no_worse_than_by_score_and_nobody_is_accused(benign):
     scenario = load_scenario("patrol", n_adversaries=5 - benign, n_benign=benign)

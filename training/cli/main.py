@@ -20,6 +20,7 @@ from trust_env.training.cli.evaluate import evaluate
 from trust_env.training.cli.exploit import exploit
 from trust_env.training.cli.options import INTERRUPTED, OK, WRONG_INPUT, Command, Group
 from trust_env.training.cli.replay import replay
+from trust_env.training.cli.report import report
 from trust_env.training.cli.reproduce import reproduce
 from trust_env.training.cli.streams import open_streams
 from trust_env.training.cli.train import train
@@ -30,6 +31,7 @@ COMMANDS: dict[str, Command | Group] = {
     "demo": demo,
     "evaluate": evaluate,
     "curve": curve,
+    "report": report,
     "replay": replay,
     "reproduce": reproduce,
     "conform": conform,

@@ -11,10 +11,9 @@ import numpy as np
 
 from trust_env.metrics import METRICS, RELIABILITY
 from trust_env.metrics.strata import Strata, Stratum, merge_strata
+from trust_env.training.evaluation.details import Details, Key, details_of
 from trust_env.training.evaluation.pooling import pool
 from trust_env.training.evaluation.summary import Summary, summarise, without_nan
-
-Key = tuple[str, str]  # attack, defense
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +21,7 @@ class Cell:
     """One attack against one defense: `metrics[name]` is float64[episodes], NaN where undefined.
 
     reliability: trust as a forecast, by episode, as `EpisodeMetrics.reliability`. strata: means over all episodes, by
-    who watches.
+    who watches. details: the course of its frames; None: a cell of a folder without it.
     """
 
     attack: str
@@ -30,6 +29,7 @@ class Cell:
     metrics: dict[str, np.ndarray]
     reliability: dict[str, np.ndarray]
     strata: tuple[Stratum, ...]
+    details: Details | None = None
 
     @property
     def key(self) -> Key:
@@ -67,6 +67,8 @@ class Batch(NamedTuple):
     metrics: dict[str, np.ndarray]
     reliability: dict[str, np.ndarray]
     strata: Strata
+    courses: dict[str, np.ndarray]
+    scores: np.ndarray
 
 
 def join_batches(attack: str, defense: str, batches: Sequence[Batch], frames: int) -> Cell:
@@ -75,4 +77,5 @@ def join_batches(attack: str, defense: str, batches: Sequence[Batch], frames: in
     reliability = {kind: np.concatenate([batch.reliability[kind] for batch in batches]) for kind in RELIABILITY}
     strata, total = merge_strata(batch.strata for batch in batches), frames * len(metrics["gospa"])
     means = tuple(sums.means(watchers, total) for watchers, sums in strata.items())
-    return Cell(attack, defense, metrics, reliability, means)
+    details = details_of([batch.courses for batch in batches], [batch.scores for batch in batches])
+    return Cell(attack, defense, metrics, reliability, means, details)

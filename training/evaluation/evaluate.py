@@ -179,7 +179,8 @@ class _Evaluation:
         venv = VectorEnv(self.scenario, defense.construct(), len(worlds), self.max_cycles, autoreset=False)
         try:
             metrics = play_worlds(venv, {"adversary": policy}, worlds, self.seed, frames, advance)
-            return Batch(metrics.result(), metrics.reliability(), metrics.strata())
+            found = metrics.result(), metrics.reliability(), metrics.strata()
+            return Batch(*found, metrics.courses(), metrics.trust_scores())
         finally:
             venv.close()
 

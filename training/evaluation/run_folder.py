@@ -1,29 +1,36 @@
-"""The folder of an evaluation: results.parquet with every finished cell, and results.json. Lock it first.
+"""The folder of an evaluation: results.parquet with every finished cell, courses.parquet with the course of their
+frames, and results.json. Lock it first.
 
 A finished cell survives whatever happens next, as each file is written whole or not at all. The configuration
 stands among the metadata of results.parquet, so that a run is resumed with the same one only; so do the strata, which
-are of cells and not of episodes.
+are of cells and not of episodes. courses.parquet is written first, so that it lacks no cell of results.parquet, and
+holds the command that began the run.
 """
 
 from __future__ import annotations
 
 import errno
 import json
+import shlex
 import shutil
+import sys
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trust_env.files import folder_contents, remove_unfinished, require_empty, write_atomically
 from trust_env.training.evaluation.cell import Cell
+from trust_env.training.evaluation.details import Details, Key, details_in, to_arrow
 from trust_env.training.evaluation.results import Results, cells_of
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-ROWS, SUMMARY = "results.parquet", "results.json"
+ROWS, SUMMARY, DETAILS = "results.parquet", "results.json", "courses.parquet"
 _CONFIGURATION = b"trust_env.configuration"
 _STRATA = b"trust_env.strata"
+_COMMAND = b"trust_env.command"
 _BYTES_PER_EPISODE = 1024  # of results.parquet, generously
 
 
@@ -35,6 +42,7 @@ class RunFolder:
         self.path = path
         self._configuration = json.loads(json.dumps(configuration))  # as it will be read back
         self.cells: list[Cell] = []
+        self._command = shlex.join(sys.argv)
         self._prepare(resume)
         self._require_space(episodes)
 
@@ -51,9 +59,9 @@ class RunFolder:
     def _load(self) -> list[Cell]:
         """The finished cells of a run of the same configuration."""
         table, saved, strata = read_run(self.path)
-        cells = cells_of(table, strata)
         require_same_configuration(self.path, saved, self._configuration)
-        return cells
+        details, self._command = read_details(self.path)
+        return [replace(cell, details=details.get(cell.key)) for cell in cells_of(table, strata)]
 
     def _require_space(self, episodes: int) -> None:
         needed, free = 2**20 + 2 * episodes * _BYTES_PER_EPISODE, shutil.disk_usage(self.path).free
@@ -61,9 +69,12 @@ class RunFolder:
             raise OSError(errno.ENOSPC, f"{needed / 2**20:.0f} MiB needed, {free / 2**20:.1f} free", str(self.path))
 
     def save(self, results: Results) -> None:
-        """Write all cells of `results` to both files."""
+        """Write all cells of `results` to the files."""
         import pyarrow.parquet as pq
 
+        courses = to_arrow({cell.key: cell.details for cell in results.cells if cell.details is not None})
+        courses = courses.replace_schema_metadata({**(courses.schema.metadata or {}), _COMMAND: self._command})
+        write_atomically(self.path / DETAILS, lambda file: pq.write_table(courses, file))
         metadata = {_CONFIGURATION: json.dumps(self._configuration), _STRATA: json.dumps(results.strata())}
         table = results.to_arrow().replace_schema_metadata(metadata)
         write_atomically(self.path / ROWS, lambda file: pq.write_table(table, file))
@@ -87,6 +98,24 @@ def read_run(folder: Path) -> tuple[pa.Table, dict[str, Any], list[Any]]:
     except (pa.ArrowInvalid, KeyError, ValueError) as fault:
         raise ValueError(f"{file}: not the results of an evaluation: {fault}") from None
     return table, saved, strata
+
+
+def read_details(folder: Path) -> tuple[dict[Key, Details], str]:
+    """The details of the finished cells, and the command that began the run; nothing for a folder without them.
+
+    ValueError: courses.parquet is none.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    file = folder / DETAILS
+    if not file.is_file():
+        return {}, ""
+    try:
+        table = pq.read_table(file)
+        return details_in(table), table.schema.metadata[_COMMAND].decode()
+    except (pa.ArrowInvalid, KeyError, TypeError, ValueError) as fault:
+        raise ValueError(f"{file}: not the courses of an evaluation: {fault}") from None
 
 
 def require_same_configuration(folder: Path, saved: Mapping[str, Any], given: Mapping[str, Any]) -> None:

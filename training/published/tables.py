@@ -55,8 +55,8 @@ def _compared(name: str, title: str, scenario: str, attacks: tuple[str, ...], de
     return Table(name, title, text, command, rows.against("joint_posterior"))
 
 
-def _variant(name: str, title: str, change: str) -> Table:
-    return _compared(f"patrol_{name}", title, f"patrol({change})", FEWER, ("trust", "score", "joint_posterior"))
+def _variant(name: str, title: str, change: str, attacks: tuple[str, ...] = FEWER) -> Table:
+    return _compared(f"patrol_{name}", title, f"patrol({change})", attacks, ("trust", "score", "joint_posterior"))
 
 
 PATROL, TRIO = (*ATTACKS, *LEARNED), tuple(a for a in ATTACKS if a not in _TRIO_HAS_NONE)
@@ -80,7 +80,7 @@ TABLES: tuple[Table, ...] = (
     _variant("1_of_5", "One adversary of five", "n_adversaries=1, n_benign=4"),
     _variant("3_of_5", "Three adversaries of five", "n_adversaries=3, n_benign=2"),
     _variant("3_of_8", "Three adversaries of eight", "n_adversaries=3, n_benign=5"),
-    _variant("0_of_5", "Five benign agents", "n_adversaries=0, n_benign=5"),
+    _variant("0_of_5", "Five benign agents", "n_adversaries=0, n_benign=5", ("honest",)),
     _variant("p_detect", "Detection with probability 0.7", "sensor.p_detect=0.7, tracker.p_detect=0.7"),
     _variant("clutter", "Ten times the clutter", "sensor.clutter_density=1e-5"),
     _variant("sectors", "FOVs that are sectors", "fov.type=sector, fov.width=3.0"),

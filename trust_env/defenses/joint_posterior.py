@@ -263,8 +263,8 @@ class JointPosterior(BuiltIn):
         return [PLAIN, *[STANDING] * self._given["kinematics"], *[EXACT] * self._given["exactness"]]
 
     def _behaviours(self) -> Behaviours:
-        alone, together, withheld = (len(self._given[name]) for name in ("alone", "together", "withheld"))
-        return behaviours(alone, together, withheld, len(self._modes), self._given["dormant"])
+        alone, together, levels = (len(self._given[name]) for name in ("alone", "together", "withheld"))
+        return behaviours(alone, together, levels, len(self._modes), self._given["dormant"])
 
     @staticmethod
     @kernel

@@ -8,6 +8,8 @@ import numpy as np
 
 from trust_env.metrics.forecast_scores import Forecasts, auroc, average_precision, ratio
 
+N_SCORES = 100  # equal parts of [0, 1]
+
 
 class AgentRecord:
     """Trust in K agents over the frames of W worlds.
@@ -62,6 +64,16 @@ class AgentRecord:
             "agent_trust_brier": self.forecasts.brier(),
             "agent_trust_calibration_error": self.forecasts.calibration_error(),
         }
+
+    def score_counts(self) -> np.ndarray:
+        """How many agents of all worlds have a mean trust in each part of [0, 1], int64[2, N_SCORES]: adversaries, from
+        their first edit on, and all others.
+        """
+        mean = ratio(self._trust_sum, self._opinions)
+        parts = np.minimum(np.nan_to_num(mean) * N_SCORES, N_SCORES - 1).astype(np.int64)
+        known = self._opinions > 0
+        groups = (known & self._adversary, known & ~self._adversary)
+        return np.stack([np.bincount(parts[group], minlength=N_SCORES) for group in groups])
 
     def _rate_of_accused(self, group: np.ndarray) -> np.ndarray:
         """Share of the agents of a group that are accused; NaN where there is no opinion of any of them."""

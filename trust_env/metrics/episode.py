@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from trust_env.metrics.agent_record import AgentRecord
+from trust_env.metrics.course_record import CourseRecord
 from trust_env.metrics.picture_record import PictureRecord
 from trust_env.metrics.registry import METRICS
 from trust_env.metrics.strata import Strata, sum_strata
@@ -35,12 +36,15 @@ class EpisodeMetrics:
         n, settings = self._worlds.num_worlds, self._worlds.scenario.metrics
         self._picture, self._tracks = PictureRecord(n), TrackRecord(n)
         self._agents = AgentRecord(n, self._worlds.roles > 0, settings.accuse_below, settings.accuse_frames)
+        self._courses = CourseRecord(self._worlds.roles > 0)
 
     def update(self, info: Mapping[str, Any] | None = None) -> None:
         """Take in a frame; `info` is what `VectorEnv.step` returned, or None to ask the worlds for it."""
         self._frames += 1
         arrays = self._worlds.arrays
-        self._picture.update(self._frames, info if info is not None and "gospa" in info else self._worlds.metrics())
+        values = info if info is not None and "gospa" in info else self._worlds.metrics()
+        self._picture.update(self._frames, values)
+        self._courses.update(values, arrays.agent_trust)
         self._tracks.update(arrays)
         self._missing.append(pack(arrays.scored_watchers[np.nonzero(arrays.scored_missing)]))
         self._agents.update(self._frames, arrays.agent_trust, arrays.first_edit)
@@ -55,6 +59,14 @@ class EpisodeMetrics:
         many forecasts fell into it, their sum, and how many came true.
         """
         return dict(zip(RELIABILITY, (self._tracks.trust_forecasts().bins, self._agents.forecasts.bins)))
+
+    def courses(self) -> dict[str, np.ndarray]:
+        """What the frames were like, `course_record.COURSES` by name: float64[W, T], NaN where undefined."""
+        return self._courses.result()
+
+    def trust_scores(self) -> np.ndarray:
+        """How trust tells adversaries apart: agents by their mean trust, as `AgentRecord.score_counts` has them."""
+        return self._agents.score_counts()
 
     def strata(self) -> Strata:
         """Sums over all worlds and frames by who watches, K_a adversaries and K_b benign agents."""

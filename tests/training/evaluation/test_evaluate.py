@@ -261,15 +261,16 @@ def test_a_full_disk_keeps_the_finished_cells(tmp_path, monkeypatch):
 
     def fails_at_the_second_cell(source, target):
         saved.append(target)
-        if len(saved) > 4:  # two files before the first cell, two after it
+        if len(saved) > 6:  # three files before the first cell, three after it
             raise OSError(errno.ENOSPC, "No space left on device")
         replace(source, target)
 
     monkeypatch.setattr(os, "replace", fails_at_the_second_cell)
-    with pytest.raises(OSError, match=r"No space left on device.*results\.parquet"):
+    with pytest.raises(OSError, match=r"No space left on device.*courses\.parquet"):
         _evaluate(tmp_path / "out")
     monkeypatch.undo()
-    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["results.json", "results.parquet"]
+    names = sorted(path.name for path in (tmp_path / "out").iterdir())
+    assert names == ["courses.parquet", "results.json", "results.parquet"]
     assert set(pq.read_table(tmp_path / "out" / "results.parquet")["attack"].to_pylist()) == {"honest"}
     assert _same(_evaluate(tmp_path / "out", resume=True), full)
 
@@ -319,7 +320,7 @@ def test_a_run_killed_before_and_between_cells_gives_the_results_of_an_uninterru
     survived = [kill(EVALUATE, out, count, delay) for count, delay in ((0, seconds / 4), (1, 0.0), (4, 0.05))]
     assert survived == sorted(survived) and 1 <= survived[1] < len(whole)
     assert played_in_peace(EVALUATE, out)[0] == whole and len(whole) == 12
-    assert sorted(p.name for p in out.iterdir()) == ["results.json", "results.parquet"]
+    assert sorted(p.name for p in out.iterdir()) == ["courses.parquet", "results.json", "results.parquet"]
     assert (out / "results.json").read_bytes() == (folder / "results.json").read_bytes()
 
 
@@ -335,10 +336,10 @@ def test_a_second_process_in_the_same_folder_is_refused_whether_it_begins_or_res
 
 
 def test_a_full_disk_keeps_the_cells_and_the_command_names_the_file(uninterrupted, tmp_path):
-    """A limit to the size of files stands for the disk: results.parquet outgrows it after some cells."""
+    """A limit to the size of files stands for the disk: a file outgrows it at once, or after some cells."""
     _, whole, _ = uninterrupted
     told = out_of_space(EVALUATE, tmp_path / "none", 100)
-    assert told == f"trust-env: error: {tmp_path}/none/results.parquet: File too large\n"
+    assert told == f"trust-env: error: {tmp_path}/none/courses.parquet: File too large\n"
     out = tmp_path / "out"
     told = out_of_space(EVALUATE, out, 22_000)
     assert f"the finished cells are in {out}; --resume continues" in told

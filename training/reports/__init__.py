@@ -1,0 +1,1 @@
+"""Reports: what runs have found, as a page to look at."""

@@ -1,0 +1,1 @@
+"""Studies behind defaults: what was tried, and the commands that try it again."""
