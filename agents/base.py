@@ -76,6 +76,7 @@ class Policy:
 
     @property
     def context(self) -> PolicyContext:
+        """Which agents of which worlds it plays. RuntimeError before `reset`."""
         if self._context is None:
             raise RuntimeError(f"{self.name}: call reset(context) before act(observations)")
         return self._context
