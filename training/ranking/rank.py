@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
 
-from trust_env.agents import build_policy
 from trust_env.defenses import build_defense, named_in_full
 from trust_env.errors import unknown_name
 from trust_env.files import expanded, locked, require_empty
@@ -56,8 +55,7 @@ def rank(
     protocol = _chosen(whole, _names(scenarios), _names(threats))
     joined, more_attacks = _joined(whole, _names(defenses)), _names(attacks)
     for text in more_attacks:
-        build_policy(text)
-        protocol.needing([text], protocol.threat_models[0])
+        protocol.require_playable(text)
     ranked = _only([*whole.defenses, *joined], _names(only))
     if kind == "full" and out is None:
         raise ValueError("rank full: expected out, a new or empty folder: it takes days, and goes on from there")

@@ -73,13 +73,17 @@ class Version(Part):
         """Those of some attacks that need just what a threat model gives and no earlier one of this version."""
         return [attack for attack in attacks if self._least(attack) == threat]
 
-    def _least(self, attack: str) -> ThreatModel:
+    def require_playable(self, attack: str) -> None:
+        """ValueError: the attack is none, or needs to observe more than any threat model of this version gives."""
+        if self._least(attack) is None:
+            level = knowledge_of(build_policy(attack))
+            raise ValueError(f"attack {attack} needs {level}, more than any of {', '.join(self.threats)} gives")
+
+    def _least(self, attack: str) -> ThreatModel | None:
         """The threat model that observes the least of those under which an attack can be played."""
         needed = knowledge_of(build_policy(attack))
-        for model in self.threat_models:
-            if KNOWLEDGE[model.knowledge] >= KNOWLEDGE[needed]:
-                return model
-        raise ValueError(f"attack {attack} needs {needed}, more than any of {', '.join(self.threats)} gives")
+        enough = [model for model in self.threat_models if KNOWLEDGE[model.knowledge] >= KNOWLEDGE[needed]]
+        return next(iter(enough), None)
 
 
 def load_version(version: str = str(LATEST)) -> Version:
