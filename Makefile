@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 # The optional dependencies that the tests run with. Of PyTorch, pip on Linux takes a build with gigabytes of CUDA that
 # nothing here needs, unless it is told where PyTorch keeps its builds for the CPU (PIP_EXTRA_INDEX_URL).
-EXTRAS ?= dev,train,plot,render,bench
+EXTRAS ?= dev,train,plot,render,bench,docs
 # The first of these that is 3.11 or newer, or yours: make test PYTHON=python3.12
 PYTHON ?= $(firstword $(foreach python,python3 python3.13 python3.12 python3.11 python3.14,\
 	$(shell $(python) -c 'import sys; sys.version_info >= (3, 11) and print("$(python)")' 2>/dev/null)))
@@ -16,7 +16,7 @@ INSTALLED := $(VENV)/.installed-$(subst $(comma),-,$(EXTRAS))
 PYTEST := $(BIN)/python -m pytest -n 2 --benchmark-disable
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-clients soak lint format clean
+.PHONY: help demo test test-clients docs soak lint format clean
 
 help:  ## what can be made
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST)
@@ -30,6 +30,9 @@ test: $(INSTALLED)  ## all tests but those of other training libraries, on two p
 # A process takes the tests of a library together: what that imports and compiles is not shared.
 test-clients: $(INSTALLED)-clients  ## the examples of other training libraries, which it installs beside the rest
 	$(PYTEST) --dist=loadfile tests/clients
+
+docs: $(VENV)/.installed-docs  ## the documentation site, in docs/site; a broken link or a missing docstring fails
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --strict -f docs/mkdocs.yml
 
 # All of one: make soak SOAKS="extremes --amount 0.1"
 soak: $(INSTALLED)  ## what is too long for every run of the tests: hours; prints what was tried and what survived

@@ -13,6 +13,7 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
+from trust_env.agents.copied_worlds import CopiedWorlds
 from trust_env.agents.search_ranges import SearchRanges
 from trust_env.scenario import Fovs, Scenario
 from trust_env.spaces.action import ActionTable
@@ -39,6 +40,7 @@ class PolicyContext:
     worlds: np.ndarray  # int[W]
     episodes: np.ndarray  # int[W]
     mask: np.ndarray  # bool[W]
+    copies: CopiedWorlds | None = None  # to try actions in; only at the knowledge level white_box, and from a `Player`
 
     def fits(self, other: PolicyContext) -> bool:
         """Whether only seeds and episodes differ."""
@@ -74,6 +76,7 @@ class Policy:
 
     @property
     def context(self) -> PolicyContext:
+        """Which agents of which worlds it plays. RuntimeError before `reset`."""
         if self._context is None:
             raise RuntimeError(f"{self.name}: call reset(context) before act(observations)")
         return self._context

@@ -8,6 +8,7 @@ from typing import Any, overload
 import numpy as np
 
 from trust_env.agents.base import PolicyContext, PolicyLike
+from trust_env.agents.copied_worlds import CopiedWorlds
 from trust_env.agents.knowledge import check_knowledge, name_of
 from trust_env.agents.registry import build_policy
 from trust_env.errors import unknown_name
@@ -43,6 +44,7 @@ class Player:
         for policy, _ in self.coalitions:
             check_knowledge(policy, self.scenario)
         self._action_size = ActionTable(self.scenario).size
+        self._copies = CopiedWorlds(self._env.worlds) if self.scenario.knowledge == "white_box" else None
         self._began = False
 
     @overload
@@ -71,7 +73,7 @@ class Player:
         seed, worlds = int(arrays.seed.flat[0]), arrays.world_id.reshape(-1).copy()
         episodes = arrays.episode.reshape(-1).copy()
         for policy, agents in self.coalitions:
-            context = PolicyContext(self.scenario, self.table, agents, seed, worlds, episodes, begins)
+            context = PolicyContext(self.scenario, self.table, agents, seed, worlds, episodes, begins, self._copies)
             call(policy, "reset", context)
         self._began = True
 

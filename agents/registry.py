@@ -14,6 +14,7 @@ from trust_env.agents.attacks.flood import Flood
 from trust_env.agents.attacks.followed_targets import Drag, Steal
 from trust_env.agents.attacks.local_majority import Collusion, Framing
 from trust_env.agents.attacks.outward import Outward
+from trust_env.agents.attacks.planner import Planner
 from trust_env.agents.attacks.replay import Replay
 from trust_env.agents.attacks.shared_false_positives import OptimalFalsePositive
 from trust_env.agents.attacks.suppression import SelectiveSuppress, Suppress
@@ -35,6 +36,7 @@ POLICIES: dict[str, type[Policy]] = {
     "exclusive": Exclusive,
     "stealth": Stealth,
     "by_turns": ByTurns,
+    "planner": Planner,
     "fov_aware": FovAware,
     "framing": Framing,
     "collusion": Collusion,

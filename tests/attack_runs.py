@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from trust_env.agents import POLICIES, Player
+from trust_env.agents import POLICIES, Player, build_policy, sufficient_knowledge
+from trust_env.scenario import Scenario, load_scenario
 from trust_env.vector import VectorEnv
 
 SCRIPTED = [name for name, policy in POLICIES.items() if policy.scripted]  # tested in learned/
@@ -39,6 +40,12 @@ SHAPES: dict[str, Any] = {
         "vertices": [[200, 0], [60, 190], [-160, 120], [-160, -120], [60, -190]],
     },
 }
+
+
+def patrol_for(attack: str) -> Scenario:
+    """`patrol` at the knowledge level that an attack needs, `poses` at least."""
+    scenario = load_scenario("patrol", knowledge="poses")
+    return load_scenario(scenario, knowledge=sufficient_knowledge(scenario, build_policy(attack)))
 
 
 def quiet(agents: list[dict[str, Any]], **changes: Any) -> dict[str, Any]:

@@ -19,6 +19,7 @@ EXTRAS = {
     "render": ("pygame",),
     "bench": ("mpe2", "stonesoup"),
     "browser": ("playwright", "PIL"),
+    "docs": ("mkdocs", "mkdocstrings", "nbformat", "nbclient", "ipykernel"),
     "ray": ("ray",),
     "clients": ("ray", "torchrl", "tianshou", "supersuit", "stable_baselines3"),
     "agilerl": ("agilerl",),

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from trust_env.training.paper.reproduce import reproduce as reproduce
     from trust_env.training.ranking.rank import rank as rank
     from trust_env.training.replays.replay import replay as replay
+    from trust_env.training.reports.report import report as report
     from trust_env.training.speed.benchmark import benchmark as benchmark
 
 if __name__ != "trust_env.training":  # in the repository this folder could be imported a second time
@@ -33,6 +34,7 @@ _HOMES = {
     "exploit": "exploitation.exploit",
     "rank": "ranking.rank",
     "replay": "replays.replay",
+    "report": "reports.report",
     "reproduce": "paper.reproduce",
     "search": "exploitation.search",
     "train": "learning.train",
@@ -40,7 +42,7 @@ _HOMES = {
 }
 
 __all__ = [
-    "benchmark", "conform", "curve", "evaluate", "exploit", "rank", "replay", "reproduce", "search", "train",
+    "benchmark", "conform", "curve", "evaluate", "exploit", "rank", "replay", "report", "reproduce", "search", "train",
     "train_seeds",
 ]  # fmt: skip
 

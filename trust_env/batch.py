@@ -177,6 +177,11 @@ class Batch:
         self._action[...] = actions
         self.run_frame(frame.EDIT_AND_TRACK, frame.NEXT_FRAME)
 
+    def sense(self) -> None:
+        """Sense the present frame once more, after targets or seeds have been changed."""
+        self.use.unfinished = True
+        self._run(frame.SENSE_ONLY)
+
     def run_frame(self, before: int, after: int) -> None:
         """Stages before judging, the defense, stages after it: one call of the engine, or two around a user's
         own defense.

@@ -109,6 +109,7 @@ class VectorEnv(Face):
         return array
 
     def close(self) -> None:
+        """Free the worlds; may be called twice."""
         self.worlds.close()
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from attack_runs import SCRIPTED, SHAPES, VARIANTS, injected, play
+from attack_runs import SCRIPTED, SHAPES, VARIANTS, injected, patrol_for, play
 
 from trust_env.agents import Player
 from trust_env.scenario import load_scenario
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.core
 def test_actions_stay_within_budgets(attack: str) -> None:
     budget = {"injections": 1, "suppressions": 2}
     agents = [{"role": "adversary", "budget": budget}, {"role": "adversary"}, {"role": "benign"}]
-    scenario = load_scenario({"base": "patrol", "knowledge": "poses", "agents": agents})
+    scenario = load_scenario({"base": "patrol", "knowledge": patrol_for(attack).knowledge, "agents": agents})
     for env, actions in play(scenario, attack, 5, 8):
         slots, entries = actions[..., :12].reshape(8, 3, 4, 3), actions[..., 12:]
         assert (slots[:, 0, 1:, 0] <= 0).all() and (entries[:, 0, 2:] <= 0).all()
@@ -61,7 +61,7 @@ ODD: dict[str, Any] = {
     "attack", [*SCRIPTED, "stealth(motion=constant_velocity, speed=200)", "fov_aware(share=False)"]
 )
 def test_every_attack_plays_odd_scenarios_within_its_budgets(attack: str, odd: str) -> None:
-    scenario = load_scenario({"base": "patrol", "knowledge": "poses"} | ODD[odd])
+    scenario = load_scenario({"base": "patrol", "knowledge": patrol_for(attack).knowledge} | ODD[odd])
     slots, budgets = scenario.injection.slots, [scenario.agent(k).budget for k in range(scenario.n_agents)]
     for env, actions in play(scenario, attack, 12, 4):
         assert np.isfinite(actions).all() and (np.abs(actions) <= 1.0).all()

@@ -21,6 +21,7 @@ from trust_env.training.cli.exploit import exploit
 from trust_env.training.cli.options import INTERRUPTED, OK, WRONG_INPUT, Command, Group
 from trust_env.training.cli.rank import rank
 from trust_env.training.cli.replay import replay
+from trust_env.training.cli.report import report
 from trust_env.training.cli.reproduce import reproduce
 from trust_env.training.cli.streams import open_streams
 from trust_env.training.cli.train import train
@@ -31,6 +32,7 @@ COMMANDS: dict[str, Command | Group] = {
     "demo": demo,
     "evaluate": evaluate,
     "curve": curve,
+    "report": report,
     "replay": replay,
     "reproduce": reproduce,
     "conform": conform,

@@ -25,9 +25,8 @@ def report(
     if as_json:
         names = [{"kind": section["kind"], "name": section["name"]} for section in found["sections"]]
         played = [replay["label"] for replay in found["replays"]]
-        print_json(
-            {"out": str(out), "bytes": size, "sections": names, "replays": played, "left_out": found["left_out"]}
-        )
+        told = {"sections": names, "replays": played, "left_out": found["left_out"]}
+        print_json({"out": str(out), "bytes": size, **told})
         return
     for text in found["left_out"]:
         print(f"not replayed: {text}")

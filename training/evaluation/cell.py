@@ -33,6 +33,7 @@ class Cell:
 
     @property
     def key(self) -> Key:
+        """Attack and defense."""
         return self.attack, self.defense
 
     @cached_property

@@ -15,11 +15,11 @@ from trust_env.metrics.course_record import COURSES
 from trust_env.training.console import format_number
 from trust_env.training.evaluation.details import STATISTICS, Details
 from trust_env.training.evaluation.differences import differences
-from trust_env.training.evaluation.results import DAMAGE, Results, cells_of
+from trust_env.training.evaluation.results import DAMAGE, REFERENCES, Results, cells_of
 from trust_env.training.evaluation.run_folder import SUMMARY, read_details, read_run
 from trust_env.training.pages.packing import pack
 
-COLUMNS = {  # metric and what of it, by heading
+COLUMNS = {  # metric, and what of its summary, by heading
     "damage": (DAMAGE, "mean"),
     "worst tenth": (DAMAGE, "worst_decile"),
     "false": ("false_tracks_per_frame", "mean"),
@@ -29,6 +29,7 @@ COLUMNS = {  # metric and what of it, by heading
     "accused": ("accusation_rate", "mean"),
     "falsely accused": ("false_accusation_rate", "mean"),
 }
+_PROGRAM = ("trust-env", "trust_env/training/cli/__main__.py")
 
 
 class Evaluation:
@@ -66,17 +67,29 @@ class Evaluation:
             "horizon": configuration["horizon"],
             "version": configuration["version"],
             "package": configuration["package"],
-            "command": self.command,
+            "command": tidied(self.command),
             "fields": configuration["scenario"],
             "missing": self.missing,
             "attacks": list(dict.fromkeys(cell.attack for cell in cells)),
             "defenses": list(dict.fromkeys(cell.defense for cell in cells)),
-            "columns": {heading: METRICS[metric].definition for heading, (metric, _) in COLUMNS.items()},
+            "columns": {heading: _definition(*column) for heading, column in COLUMNS.items()},
             "cells": [_cell(cell) for cell in self.written["cells"]],
+            "references": sorted({cell.defense for cell in cells if is_reference(cell.defense)}),
+            "glance": self._glance(),
             "compared": self._compared(against),
             "has_courses": all(cell.key in self.details for cell in cells),
             "packed": pack(self._arrays()),
         }
+
+    def _glance(self) -> list[dict[str, Any]]:
+        """Every defense with its damage under all attacks together and under the worst of them, the best first."""
+        found = []
+        for defense in dict.fromkeys(cell.defense for cell in self.results.cells):
+            means = {c.attack: float(c.metrics[DAMAGE].mean()) for c in self.results.cells if c.defense == defense}
+            worst = max(means, key=means.__getitem__)
+            mean = sum(means.values()) / len(means)
+            found.append({"defense": defense, "mean": mean, "attack": worst, "worst": means[worst]})
+        return sorted(found, key=lambda row: row["worst"])
 
     def _compared(self, against: str | None) -> dict[str, Any] | None:
         """Differences from a defense; None where there is no other."""
@@ -91,9 +104,7 @@ class Evaluation:
         """Damage of every cell and episode; and of every cell and frame mean, 10 % and 90 % quantile of `COURSES`."""
         cells = self.results.cells
         arrays = {"damage": np.stack([cell.metrics[DAMAGE] for cell in cells])}
-        nothing = Details(
-            {name: np.full((0, len(STATISTICS)), np.nan) for name in COURSES}, np.zeros((2, N_SCORES), int)
-        )
+        nothing = Details(dict.fromkeys(COURSES, np.empty((0, len(STATISTICS)))), np.zeros((2, N_SCORES), int))
         details = [self.details.get(cell.key, nothing) for cell in cells]
         for name in COURSES:
             for column, statistic in enumerate(STATISTICS):
@@ -118,6 +129,22 @@ def _cell(written: Mapping[str, Any]) -> dict[str, Any]:
         "damage": [damage["mean"], damage["mean_low"], damage["mean_high"]],
         "pooled": written["pooled"],
     }
+
+
+def _definition(metric: str, statistic: str) -> str:
+    text = METRICS[metric].definition
+    return text if statistic == "mean" else f"mean of the worst tenth of the episodes: {text}"
+
+
+def is_reference(defense: str) -> bool:
+    """Whether a defense is there to compare with only."""
+    return defense.partition("(")[0] in REFERENCES
+
+
+def tidied(command: str) -> str:
+    """A command line with the program's name in place of its file."""
+    program, _, arguments = command.partition(" ")
+    return f"trust-env {arguments}" if program.endswith(_PROGRAM) else command
 
 
 def shown(value: float | None) -> str:

@@ -1,4 +1,6 @@
-"""The episodes that a report plays: the worst, the median and the best of the cells with the highest damage."""
+"""The episodes that a report plays: the worst, the median and the best of the cells with the highest damage, but for
+those of `oracle` and `blank`.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +12,7 @@ import numpy as np
 from trust_env.training.evaluation.results import DAMAGE
 from trust_env.training.replays.episode import Run
 from trust_env.training.replays.recording import record
-from trust_env.training.reports.evaluation import Evaluation
+from trust_env.training.reports.evaluation import Evaluation, is_reference
 
 MOST_CELLS = 12
 
@@ -31,7 +33,7 @@ def replays(found: Evaluation, cells: int) -> Iterator[dict[str, Any]]:
 def _rows(found: Evaluation, cells: int) -> Iterator[tuple[int, str]]:
     """Rows of results.parquet, and what they are called."""
     n = found.results.episodes
-    numbered = enumerate(cell.metrics[DAMAGE] for cell in found.results.cells)
+    numbered = [(i, c.metrics[DAMAGE]) for i, c in enumerate(found.results.cells) if not is_reference(c.defense)]
     for number, damage in sorted(numbered, key=lambda each: -each[1].mean())[:cells]:
         cell, order = found.results.cells[number], np.argsort(-damage, kind="stable")
         worlds = {"worst": order[0], "median": order[n // 2], "best": order[-1]}

@@ -16,11 +16,12 @@ def test_the_demo_prints_one_table_of_80_columns_and_what_to_try_next(cli, tmp_p
     code, out, err = cli("demo", "--out", tmp_path / "demo", "--episodes", "2")
     assert code == 0, err
     lines = out.splitlines()
-    assert max(len(line) for line in lines if "trust-env" not in line) <= 80
+    assert max(len(line) for line in lines if "trust-env" not in line and str(tmp_path) not in line) <= 80
     assert len(re.findall(r"\bdamage\b.*\binjected\b", out)) == 1
     for name in DEFENSES:
         assert sum(bool(re.search(rf"\b{name}\b", line)) for line in lines) >= len(ATTACKS)
     assert all(f"    {command}" in lines for _, command in NEXT) and len(NEXT) == 3
+    assert (tmp_path / "demo" / "report.html").stat().st_size < 8_000_000
     again = cli("demo", "--out", tmp_path / "demo", "--episodes", "2")
     assert (again[0], again[1]) == (0, out)
 

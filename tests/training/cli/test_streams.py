@@ -50,11 +50,8 @@ def test_results_that_stdout_has_no_room_for_are_an_error():
 
 def test_results_are_in_the_folder_when_stdout_is_closed(tmp_path):
     assert shell(f"{EVALUATE} --out {tmp_path}/out >&-").returncode == 0
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
-        "courses.parquet",
-        "results.json",
-        "results.parquet",
-    ]
+    names = sorted(path.name for path in (tmp_path / "out").iterdir())
+    assert names == ["courses.parquet", "results.json", "results.parquet"]
 
 
 @pytest.mark.parametrize("environment", [{"PYTHONIOENCODING": "ascii"}, {"LC_ALL": "C", "PYTHONUTF8": "0"}])

@@ -46,9 +46,7 @@ def test_agents_are_counted_by_their_mean_trust_an_adversary_s_from_its_first_ed
 
 def test_details_are_read_back_as_they_were_written():
     details = {
-        ("a", "trust"): Details(
-            {n: np.array([[1.0, 0.5, NAN, 2.0]] * 3) for n in COURSES}, np.eye(2, N_SCORES, dtype=int)
-        ),
+        ("a", "trust"): Details({n: np.array([[1.0, 0.5, NAN, 2.0]] * 3) for n in COURSES}, np.eye(2, N_SCORES)),
         ("b", "trust"): Details({n: np.full((2, 4), 7.0) for n in COURSES}, np.zeros((2, N_SCORES), int)),
     }  # fmt: skip
     found = details_in(to_arrow(details))

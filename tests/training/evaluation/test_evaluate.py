@@ -269,11 +269,8 @@ def test_a_full_disk_keeps_the_finished_cells(tmp_path, monkeypatch):
     with pytest.raises(OSError, match=r"No space left on device.*courses\.parquet"):
         _evaluate(tmp_path / "out")
     monkeypatch.undo()
-    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == [
-        "courses.parquet",
-        "results.json",
-        "results.parquet",
-    ]
+    names = sorted(path.name for path in (tmp_path / "out").iterdir())
+    assert names == ["courses.parquet", "results.json", "results.parquet"]
     assert set(pq.read_table(tmp_path / "out" / "results.parquet")["attack"].to_pylist()) == {"honest"}
     assert _same(_evaluate(tmp_path / "out", resume=True), full)
 
@@ -339,14 +336,14 @@ def test_a_second_process_in_the_same_folder_is_refused_whether_it_begins_or_res
 
 
 def test_a_full_disk_keeps_the_cells_and_the_command_names_the_file(uninterrupted, tmp_path):
-    """A limit to the size of files stands for the disk: courses.parquet outgrows it after some cells."""
+    """A limit to the size of files stands for the disk: a file outgrows it at once, or after some cells."""
     _, whole, _ = uninterrupted
     told = out_of_space(EVALUATE, tmp_path / "none", 100)
     assert told == f"trust-env: error: {tmp_path}/none/courses.parquet: File too large\n"
     out = tmp_path / "out"
     told = out_of_space(EVALUATE, out, 22_000)
     assert f"the finished cells are in {out}; --resume continues" in told
-    assert told.endswith(f"error: {out}/courses.parquet: File too large\n")
+    assert told.endswith(f"error: {out}/results.parquet: File too large\n")
     assert 1 <= len(EVALUATE.finished(out)) < len(whole)
     assert played_in_peace(EVALUATE, out)[0] == whole
 

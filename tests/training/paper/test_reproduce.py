@@ -4,7 +4,6 @@ import errno
 import io
 import json
 import math
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +26,7 @@ from trust_env.training.paper.theorem import TheoremRow, theorem_row
 from trust_env.training.paper.theory_claims import theory_verdicts
 from trust_env.training.paper.track_life import observers_of_tracked_targets
 
-README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "pages" / "paper.md").read_text(encoding="utf-8")
 FAILS_IN_THE_FIGURES = {
     ("case1", "with the prior agent 0 must be untrustworthy"),  # 0.43
     ("case2", "both FP tracks tend towards distrusted"),  # 0.42, without the prior
@@ -293,23 +292,22 @@ def test_presets_differ_in_whom_they_find_among_suppressors(report):
     assert case1["paper"].argmin() == 0 and case1["mate"].argmax() == 1
 
 
-# --- the README -----------------------------------------------------------------------------------------
+# --- the page on the paper -------------------------------------------------------------------------------
 
 
 def table_lines(text: str) -> list[str]:
     return [line for line in text.splitlines() if line.startswith("|")]
 
 
-def test_readme_has_the_tables_that_reproduce_writes(report):
+def test_the_page_has_the_tables_that_reproduce_writes(report):
     """Those of 64 worlds, as `reproduce` takes by default; what is said of the track score does not depend on them."""
     panels = {"published": published_panels()} | {v: simulated_panels(v, 64, panel_keys()) for v in VARIANTS}
     suppressed = {v: simulated_panels(v, 64, suppressed_keys()) for v in VARIANTS}
     verdicts = [*theory_verdicts(report.theorem), *trust_claims.trust_verdicts(panels)]
     default = replace(report, seeds=64, panels=panels, suppressed=suppressed, verdicts=verdicts)
-    (section,) = re.findall(r"^## The paper, reproduced$(.*?)^## ", README, flags=re.MULTILINE | re.DOTALL)
     written = table_lines(default.markdown())
-    assert table_lines(section)[: len(written)] == written and len(written) > 60
-    assert f"within {default.deviation:.4f} of the published numbers" in section
+    assert table_lines(PAGE)[: len(written)] == written and len(written) > 60
+    assert f"within {default.deviation:.4f} of the published numbers" in PAGE
 
 
 # --- the report -----------------------------------------------------------------------------------------

@@ -1,0 +1,138 @@
+"""The page of a report in a browser: its numbers, its controls, its pictures."""
+
+import json
+
+import numpy as np
+import pytest
+from browsers import open_browser, open_page
+
+from trust_env import training
+
+pytestmark = pytest.mark.extra("browser")
+
+READY = "document.body.dataset.ready === 'true'"
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with open_browser() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    root = tmp_path_factory.mktemp("report")
+    scenario = {"base": "trio", "horizon": 20}
+    training.evaluate(scenario, "honest,false_positive", "score,trust,majority", 6, 3, out=root / "run", progress=False)
+    training.report(root / "run", root / "report.html", cells=1, progress=False)
+    return root
+
+
+@pytest.fixture
+def page(browser, folder):
+    with open_page(browser, folder / "report.html") as found:
+        found.wait_for_function(READY)
+        yield found
+
+
+def column(page, heading):
+    cells = page.locator(f"[data-part=cells] [data-heading='{heading}']")
+    values = cells.evaluate_all("cells => cells.map(cell => cell.dataset.value)")
+    return [None if value == "" else float(value) for value in values]
+
+
+def data_of(page, name, field):
+    """A field of every trace of a plot, as plain lists."""
+    code = f"e => e.data.map(trace => trace.{field} === undefined ? null : Array.from(trace.{field}))"
+    return page.locator(f"[data-plot={name}]").evaluate(code)
+
+
+def test_numbers_in_the_table_are_those_of_results_json(page, folder):
+    cells = json.loads((folder / "run" / "results.json").read_text())["cells"]
+    for heading, metric in (("damage", "damage_per_frame"), ("AUROC", "adversary_auroc")):
+        assert column(page, heading) == [(cell["metrics"].get(metric) or {}).get("mean") for cell in cells]
+
+
+def test_columns_sort_both_ways_by_their_values(page):
+    page.click("[data-part=cells] th:has-text('damage')")
+    assert column(page, "damage") == sorted(column(page, "damage"), reverse=True)
+    page.click("[data-part=cells] th:has-text('damage')")
+    assert column(page, "damage") == sorted(column(page, "damage"))
+    page.focus("[data-part=cells] th:has-text('attack') button")
+    page.keyboard.press("Enter")
+    names = page.locator("[data-part=cells] tbody tr td:first-child").all_text_contents()
+    assert names == ["false_positive"] * 3 + ["honest"] * 3
+
+
+def test_the_heat_map_shows_mean_damage(page, folder):
+    cells = json.loads((folder / "run" / "results.json").read_text())["cells"]
+    means = [cell["metrics"]["damage_per_frame"]["mean"] for cell in cells]
+    (shown,) = data_of(page, "heatmap", "z")
+    assert np.ravel(shown).tolist() == means
+
+
+def test_details_begin_with_the_worst_attack_and_follow_the_choice(page, folder):
+    assert page.input_value("[data-part=group]") == "attack:1"
+    cells = json.loads((folder / "run" / "results.json").read_text())["cells"]
+    damage = [cell["metrics"]["damage_per_frame"]["mean"] for cell in cells]
+    assert data_of(page, "intervals", "x") == [damage[3:]]
+    page.select_option("[data-part=group]", label="honest")
+    assert data_of(page, "intervals", "x") == [damage[:3]]
+    page.select_option("[data-part=group]", label="majority")
+    assert data_of(page, "intervals", "x") == [[damage[2], damage[5]]]
+
+
+def test_a_line_can_be_left_out_of_all_plots(page):
+    assert len(data_of(page, "distribution", "x")) == 3
+    page.uncheck("[data-part=lines] label:has-text('score') input")
+    assert len(data_of(page, "distribution", "x")) == 2
+    assert len(data_of(page, "intervals", "x")[0]) == 2
+
+
+def test_every_episode_stands_in_the_distribution(page, folder):
+    import pyarrow.parquet as pq
+
+    rows = pq.read_table(folder / "run" / "results.parquet").to_pylist()
+    expected = [row["damage_per_frame"] for row in rows if row["attack"] == "false_positive"]
+    shown = np.concatenate(data_of(page, "distribution", "x"))
+    assert shown == pytest.approx(expected, abs=(max(expected) + 1.0) / 131068 + 1e-6)
+
+
+def test_courses_are_those_of_the_second_file(page, folder):
+    import pyarrow.parquet as pq
+
+    table = pq.read_table(folder / "run" / "courses.parquet").to_pylist()
+    expected = [row["damage_mean"] for row in table if row["attack"] == "false_positive" and row["defense"] == "score"]
+    shown = data_of(page, "damage", "y")[3]  # after a band for each of three
+    assert shown == pytest.approx(expected, abs=1e-3)
+
+
+def test_the_roc_rises_from_nobody_to_everybody(page):
+    wrong, right = data_of(page, "roc", "x"), data_of(page, "roc", "y")
+    assert len(wrong) == 3  # chance, trust, majority: score has no opinion
+    for x, y in zip(wrong, right):
+        assert (x[0], y[0], x[-1], y[-1]) == (0, 0, 1, 1)
+        assert all(np.diff(x) >= 0) and all(np.diff(y) >= 0)
+
+
+def test_episodes_are_played_in_the_page(page):
+    assert page.locator("#episode option").count() == 3
+    assert page.text_content("[data-part=number]").startswith("frame 1 of 20")
+    page.click("[data-part=forward]")
+    assert page.text_content("[data-part=number]").startswith("frame 2 of 20")
+    page.select_option("#episode", "2")
+    page.wait_for_function("document.querySelector('[data-part=number]').textContent.startsWith('frame 1 ')")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_it_fits_400_pixels_in_the_colours_of_the_scheme(browser, folder, scheme):
+    with open_page(browser, folder / "report.html", 400, scheme) as page:
+        page.wait_for_function(READY)
+        assert page.evaluate("document.documentElement.scrollWidth") <= 400
+        ink = page.locator("[data-plot=damage]").evaluate("e => e._fullLayout.font.color")
+        assert ink == {"light": "#1b2432", "dark": "#e6eaf0"}[scheme]
+
+
+def test_plots_change_colours_with_the_scheme(page):
+    page.emulate_media(color_scheme="dark")
+    page.wait_for_function("document.querySelector('[data-plot=damage]')._fullLayout.font.color === '#e6eaf0'")
