@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from trust_env.defenses import named_in_full
+from trust_env.agents import build_policy
+from trust_env.defenses import build_defense, named_in_full
+from trust_env.scenario import Scenario
+from trust_env.training.evaluation.cell import Cell
+from trust_env.training.evaluation.configuration import configuration, named_specs
 from trust_env.training.evaluation.evaluate import evaluate
+from trust_env.training.evaluation.results import cells_of
+from trust_env.training.evaluation.run_folder import ROWS, read_run, require_same_configuration
 from trust_env.training.exploitation.threat_models import ThreatModel
 from trust_env.training.ranking.cells import Cells, split
 from trust_env.training.ranking.row import Row, row
@@ -63,9 +70,24 @@ def _played(
             print(f"trust-env: rank: {defense} on {scenario}, {threat.label}", file=sys.stderr)
         at = None if folder is None else folder / "parts" / scenario / threat.label / folder_name(defense)
         world, count = version.world(scenario, threat), version.quick.validation + version.quick.episodes
-        results = evaluate(world, attacks, [defense], count, version.seed, at, resume=True, progress=progress)
-        found[threat.label] = {cell.attack: split(cell, version.quick.validation) for cell in results.cells}
+        cells = _finished(at, world, attacks, defense, count, version.seed)
+        if len(cells) < len(attacks):
+            cells = evaluate(world, attacks, [defense], count, version.seed, at, True, progress=progress).cells
+        found[threat.label] = {cell.attack: split(cell, version.quick.validation) for cell in cells}
     return found
+
+
+def _finished(
+    folder: Path | None, world: Scenario, attacks: Sequence[str], defense: str, episodes: int, seed: int
+) -> Sequence[Cell]:
+    """The finished cells in a folder. ValueError: they are of another configuration."""
+    if folder is None or not (folder / ROWS).is_file():
+        return ()
+    table, saved, strata = read_run(folder)
+    named = named_specs("attack", attacks, build_policy), named_specs("defense", [defense], build_defense)
+    settings = configuration(world, *named, episodes, seed, world.horizon)
+    require_same_configuration(folder, saved, json.loads(json.dumps(settings)))
+    return cells_of(table, strata)
 
 
 def folder_name(defense: str) -> str:

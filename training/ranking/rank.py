@@ -68,8 +68,10 @@ def rank(
         else:
             rows = full_rows(protocol, ranked, more_attacks, folder, progress)
         fields = header(kind, protocol.model_dump(mode="json"))
-        fields |= {"more_defenses": joined, "more_attacks": more_attacks, "only": _names(only)}
-        fields |= {"rows": [row.to_dict() for row in rows]}
+        options = {"defense": joined, "attack": more_attacks, "only": _names(only), "scenario": _names(scenarios)}
+        options["threat"] = _names(threats)
+        fields["options"] = {name: given for name, given in options.items() if given}
+        fields["rows"] = [row.to_dict() for row in rows]
         found = Ranking(fields)
         if folder is not None:
             found.save(folder)
@@ -89,7 +91,8 @@ def check(file: str | Path, only: str | Sequence[str] = (), progress: bool = Tru
     here = header("quick", fields["protocol"])["environment"]
     if fields["environment"] != here:
         raise ValueError(f"{file}: results of {fields['environment']}; expected those of {here}")
-    version, more = Version.model_validate(fields["protocol"]), (fields["more_defenses"], fields["more_attacks"])
+    version, options = Version.model_validate(fields["protocol"]), fields["options"]
+    more = options.get("defense", ()), options.get("attack", ())
     ranked = [row["defense"] for row in saved.rows if not row["reference"]]
     known = [named_in_full(name) for name in _names(only)] or list(dict.fromkeys(ranked))
     missing = sorted(set(known) - set(ranked))

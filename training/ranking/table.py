@@ -17,8 +17,9 @@ MEANING = (
     "Damage is false tracks shown plus targets missing, per frame; in brackets 95 % bootstrap intervals. The worst "
     "attack is that of most damage in episodes apart from those reported; worst tenth: in the worst tenth of the "
     "episodes of that attack. Placed: that damage where `oracle` has 0 and `blank` has 1 under the same attack. "
-    "Falsely accused: share of the benign agents. Calibration: expected calibration error of trust, pooled over the "
-    "attacks. Time: of a step, as a ratio to `score`. References stand last."
+    "Falsely accused: share of the benign agents, adversaries that have done nothing among them. Calibration: "
+    "expected calibration error of trust, pooled over the attacks, the control among them. Time: of a step, as a ratio "
+    "to `score`. References stand last."
 )
 
 Rows = list[dict[str, Any]]
@@ -38,8 +39,7 @@ def _sentence(text: str) -> str:
 
 
 def _command(fields: Mapping[str, Any]) -> str:
-    joined = {"--defense": fields["more_defenses"], "--attack": fields["more_attacks"], "--only": fields["only"]}
-    options = [word for option, names in joined.items() if names for word in (option, ",".join(names))]
+    options = [word for option, names in fields["options"].items() for word in (f"--{option}", ",".join(names))]
     return shlex.join(["trust-env", "rank", f"--{fields['kind']}", *options, "--out", "RUN"])
 
 

@@ -258,6 +258,10 @@ class TestCheck:
 
 
 class TestEntries:
+    @pytest.mark.parametrize("name", ["defense.py", "attack.py"])
+    def test_the_template_has_the_code_that_trust_env_new_writes(self, name):
+        assert (TEMPLATE / name).read_text() == (ROOT / "training" / "templates" / name).read_text()
+
     def test_the_template_joins(self, tiny, cli):
         only = f"{TEMPLATE / 'defense.py'}:MyDefense(window=9)"
         code, out, err = cli("rank", "--quick", "--entry", TEMPLATE, "--only", only, "--version", tiny, "--json")
