@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from trust_env.training.learning.seeds import train_seeds as train_seeds
     from trust_env.training.learning.train import train as train
     from trust_env.training.paper.reproduce import reproduce as reproduce
+    from trust_env.training.ranking.rank import rank as rank
     from trust_env.training.replays.replay import replay as replay
     from trust_env.training.reports.report import report as report
     from trust_env.training.speed.benchmark import benchmark as benchmark
@@ -31,6 +32,7 @@ _HOMES = {
     "curve": "curves.curve",
     "evaluate": "evaluation.evaluate",
     "exploit": "exploitation.exploit",
+    "rank": "ranking.rank",
     "replay": "replays.replay",
     "report": "reports.report",
     "reproduce": "paper.reproduce",
@@ -40,8 +42,8 @@ _HOMES = {
 }
 
 __all__ = [
-    "benchmark", "conform", "curve", "evaluate", "exploit", "replay", "report", "reproduce", "search",
-    "train", "train_seeds",
+    "benchmark", "conform", "curve", "evaluate", "exploit", "rank", "replay", "report", "reproduce", "search", "train",
+    "train_seeds",
 ]  # fmt: skip
 
 

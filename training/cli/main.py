@@ -19,6 +19,7 @@ from trust_env.training.cli.demo import demo
 from trust_env.training.cli.evaluate import evaluate
 from trust_env.training.cli.exploit import exploit
 from trust_env.training.cli.options import INTERRUPTED, OK, WRONG_INPUT, Command, Group
+from trust_env.training.cli.rank import rank
 from trust_env.training.cli.replay import replay
 from trust_env.training.cli.report import report
 from trust_env.training.cli.reproduce import reproduce
@@ -38,6 +39,7 @@ COMMANDS: dict[str, Command | Group] = {
     "benchmark": benchmark,
     "train": train,
     "exploit": exploit,
+    "rank": rank,
     "new": new.COMMANDS,
     "scenarios": scenarios.COMMANDS,
     "defenses": defenses.COMMANDS,

@@ -1,0 +1,105 @@
+"""The full ranking: attacks searched and trained against every defense under the version's budget."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from trust_env.agents import POLICIES, knowledge_of, parse_policy
+from trust_env.scenario import Scenario
+from trust_env.spaces.observation import KNOWLEDGE
+from trust_env.training.evaluation.evaluate import evaluate
+from trust_env.training.exploitation.cross_entropy import searchable
+from trust_env.training.exploitation.exploit import exploit
+from trust_env.training.exploitation.report import Exploitability
+from trust_env.training.exploitation.threat_models import ThreatModel
+from trust_env.training.ranking.cells import Cells
+from trust_env.training.ranking.quick import folder_name
+from trust_env.training.ranking.row import Row, row
+from trust_env.training.ranking.timing import time_ratio
+from trust_env.training.ranking.version import Version
+
+
+def full_rows(
+    version: Version, defenses: Sequence[str], more_attacks: Sequence[str], folder: Path, progress: bool
+) -> Iterator[Row]:
+    """A row for every scenario, threat model and defense.
+
+    folder: where finished searches, training runs and cells are kept, and from where they are taken.
+    """
+    for scenario in version.scenarios:
+        for threat in version.threat_models:
+            for defense in defenses:
+                at = folder / "parts" / scenario / threat.label / folder_name(defense)
+                yield _row(version, scenario, threat, defense, more_attacks, at, progress)
+
+
+def _row(
+    version: Version,
+    scenario: str,
+    threat: ThreatModel,
+    defense: str,
+    more_attacks: Sequence[str],
+    folder: Path,
+    progress: bool,
+) -> Row:
+    world = version.world(scenario, threat)
+    found = _exploit(
+        version, world, threat, defense, _attacks(version, scenario, more_attacks, world), folder, progress
+    )
+    cells = {
+        attacker.name: Cells(
+            found.validation[attacker.attack, found.defense], found.results[attacker.attack, found.defense]
+        )
+        for attacker in found.attackers
+    }
+    worst = found.worst()
+    assert worst is not None
+    counts = (version.full.episodes, version.seed, folder / "references")
+    reference = evaluate(world, [worst.attack], version.references, *counts, resume=True, progress=progress)
+    between = {
+        name: {worst.name: Cells(cell, cell)} for name in version.references for cell in [reference[worst.attack, name]]
+    }
+    return row(version, scenario, threat, defense, cells, between, time_ratio(world, defense))
+
+
+def _exploit(
+    version: Version,
+    world: Scenario,
+    threat: ThreatModel,
+    defense: str,
+    attacks: Sequence[str],
+    folder: Path,
+    progress: bool,
+) -> Exploitability:
+    budget = version.full
+    return exploit(
+        world,
+        defense,
+        folder / "exploit",
+        ",".join(attacks),
+        seeds=budget.seeds,
+        episodes=budget.episodes,
+        seed=version.seed,
+        threat=threat.label,
+        validation=budget.validation,
+        search_options={
+            "generations": budget.generations,
+            "population": budget.population,
+            "episodes": budget.search_episodes,
+        },
+        overrides=budget.training,
+        resume=True,
+        progress=progress,
+    )
+
+
+def _attacks(version: Version, scenario: str, more_attacks: Sequence[str], world: Scenario) -> list[str]:
+    """All that can be played under the threat model, and a search of each that has parameters to tune."""
+    level, models = KNOWLEDGE[world.knowledge], version.threat_models
+    all_attacks = [*version.attacks_on(scenario), *more_attacks]
+    under = [model for model in models if KNOWLEDGE[model.knowledge] <= level]
+    played = [attack for model in under for attack in version.needing(all_attacks, model)]
+    names = dict.fromkeys(spec.name for spec in map(parse_policy, played) if spec.path is None)
+    tuned = [name for name in names if name in searchable(world) and KNOWLEDGE[knowledge_of(POLICIES[name])] <= level]
+    return [*played, *(f"search({name})" for name in tuned)]
