@@ -89,7 +89,7 @@ TABLES: tuple[Table, ...] = (
     _variant("sectors", "FOVs that are sectors", "fov.type=sector, fov.width=3.0"),
     Table(
         "skies", "Recorded aircraft: joint_posterior against trust",
-        "Mean damage per frame on twenty minutes of recorded air traffic (OpenSky state vectors, United Kingdom, 2021-07-12).",
+        "Mean damage per frame on twenty minutes of recorded air traffic (OpenSky, United Kingdom, 2021-07-12).",
         _evaluation("skies", (*FEWER, "fov_aware(noise=0.0)", "by_turns"), ("trust", "score", "joint_posterior"),
                     "--data", RECORDING, "--against", "trust"),
         rows.against("joint_posterior"),
