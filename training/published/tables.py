@@ -104,8 +104,8 @@ TABLES: tuple[Table, ...] = (
         "fusion", "Fusion rules against reports that drag a track",
         "Distance of the shown tracks from their targets, m, mean over tracks and frames.",
         ("curve", "--over", "tracker.fusion", "--values", "sequential,trimmed_mean,residual_clique,secure_estimate",
-         "--attack", "honest,drag,steal", "--defense", "score", "--scenario", "patrol(spread=100.0)", "--episodes",
-         "100", "--metric", "siap_position_error"),
+         "--attack", "honest,drag,steal", "--defense", "score", "--scenario",
+         "patrol(n_adversaries=1, n_benign=4, spread=40.0)", "--episodes", "100", "--metric", "siap_position_error"),
         rows.curve,
     ),
     Table(
