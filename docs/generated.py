@@ -268,12 +268,22 @@ def results_tables() -> str:
 
 _FIRST = re.compile(r"[a-z]+(_worst|_joint)?")
 
+
+def ranking_page() -> str:
+    """The tables of the published rankings, their headings a level lower."""
+    parts = ["# The published rankings\n\nMade by `trust-env rank`; [how to join](../how-to/rank.md)."]
+    for file in sorted((DOCS.parent / "rankings").glob("v*/*.md")):
+        parts.append(re.sub(r"^#", "##", file.read_text(encoding="utf-8").strip(), flags=re.MULTILINE))
+    return "\n\n".join(parts) + "\n"
+
+
 PAGES: dict[str, Callable[[], str]] = {
     "reference/scenarios.md": scenario_pages,
     "reference/attacks.md": attack_page,
     "reference/defenses.md": defense_page,
     "reference/metrics.md": metric_page,
     "reference/threats.md": threat_page,
+    "reference/ranking.md": ranking_page,
     "reference/spaces.md": space_page,
     "reference/commands.md": command_page,
     "reference/training.md": training_page,
