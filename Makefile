@@ -23,6 +23,7 @@ help:  ## what can be made
 
 demo: $(VENV)/.installed-core  ## two attacks against three defenses, in a minute: no torch, no data files
 	$(BIN)/trust-env demo --out $(VENV)/demo
+	@echo "(trust-env is in $(BIN): source $(BIN)/activate)"
 
 test: $(INSTALLED)  ## all tests but those of other training libraries, on two processes
 	$(PYTEST) --ignore=tests/clients

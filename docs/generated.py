@@ -261,10 +261,12 @@ def _cell(cell: Any) -> Iterable[str]:
 
 
 def results_tables() -> str:
-    """The tables in docs/tables, which commands wrote, one below the other."""
-    files = sorted((DOCS / "tables").glob("*.md"))
+    """The tables in docs/tables, which commands wrote, one below the other: those of whole scenarios first."""
+    files = sorted((DOCS / "tables").glob("*.md"), key=lambda file: (not _FIRST.fullmatch(file.stem), file.stem))
     return "\n\n".join(file.read_text(encoding="utf-8").strip() for file in files)
 
+
+_FIRST = re.compile(r"[a-z]+(_worst|_joint)?")
 
 PAGES: dict[str, Callable[[], str]] = {
     "reference/scenarios.md": scenario_pages,

@@ -33,6 +33,9 @@ FEWER = (
 _TRIO_HAS_NONE = {"collusion"}  # one adversary of three outnumbers nobody with another
 
 
+RECORDING = "RECORDING.csv"  # stands in a command for a file of recorded trajectories, which is not shipped
+
+
 @dataclass(frozen=True)
 class Table:
     """One table: `command` is the arguments of `trust-env`, without --json; `lines` makes Markdown of its JSON."""
@@ -85,6 +88,13 @@ TABLES: tuple[Table, ...] = (
     _variant("clutter", "Ten times the clutter", "sensor.clutter_density=1e-5"),
     _variant("sectors", "FOVs that are sectors", "fov.type=sector, fov.width=3.0"),
     Table(
+        "skies", "Recorded aircraft: joint_posterior against trust",
+        "Mean damage per frame on twenty minutes of recorded air traffic (OpenSky state vectors, United Kingdom, 2021-07-12).",
+        _evaluation("skies", (*FEWER, "fov_aware(noise=0.0)", "by_turns"), ("trust", "score", "joint_posterior"),
+                    "--data", RECORDING, "--against", "trust"),
+        rows.against("joint_posterior"),
+    ),
+    Table(
         "calibration", "How well trust is calibrated",
         "Scores of trust, pooled over all attacks: every track or agent and frame counts once.",
         _evaluation("patrol", PATROL, ("trust", "majority", "parsimony", "joint_posterior")), rows.calibration,
@@ -104,8 +114,8 @@ TABLES: tuple[Table, ...] = (
         "fusion", "Fusion rules against reports that drag a track",
         "Distance of the shown tracks from their targets, m, mean over tracks and frames.",
         ("curve", "--over", "tracker.fusion", "--values", "sequential,trimmed_mean,residual_clique,secure_estimate",
-         "--attack", "honest,drag,steal", "--defense", "score", "--scenario", "patrol(spread=100.0)", "--episodes",
-         "100", "--metric", "siap_position_error"),
+         "--attack", "honest,drag,steal", "--defense", "score", "--scenario",
+         "patrol(n_adversaries=1, n_benign=4, spread=40.0)", "--episodes", "100", "--metric", "siap_position_error"),
         rows.curve,
     ),
     Table(

@@ -20,12 +20,13 @@ import tyro
 from trust_env.errors import unknown_name
 from trust_env.files import write_atomically
 from trust_env.training.cli.main import main
-from trust_env.training.published.tables import TABLES, Table
+from trust_env.training.published.tables import RECORDING, TABLES, Table
 
 
 def write(
     out: Annotated[Path, tyro.conf.arg(help="folder for a Markdown file per table")] = Path("docs/tables"),
     only: Annotated[str | None, tyro.conf.arg(help="names of tables, separated by commas; default: all")] = None,
+    data: Annotated[Path | None, tyro.conf.arg(help="recorded trajectories, for the tables that need some")] = None,
     keep: Annotated[bool, tyro.conf.arg(help="leave out tables whose file is there")] = False,
 ) -> None:
     """Run the command of every table and write what it prints as Markdown."""
@@ -40,17 +41,21 @@ def write(
         table, file, start = tables[name], out / f"{name}.md", time.perf_counter()
         if keep and file.exists():
             continue
+        if RECORDING in table.command and data is None:
+            print(f"{file}: left out, as it needs --data")
+            continue
         if table.command not in found:
-            found[table.command] = run(table.command)
+            found[table.command] = run(table.command, data)
         text = "\n".join(page(table, found[table.command])) + "\n"
         write_atomically(file, lambda path, text=text: path.write_text(text, encoding="utf-8"))
         print(f"{file}: {time.perf_counter() - start:.0f} s")
 
 
-def run(command: tuple[str, ...]) -> Any:
-    """What a command prints with --json. RuntimeError: it failed."""
+def run(command: tuple[str, ...], data: Path | None = None) -> Any:
+    """What a command prints with --json, on the recording where it names one. RuntimeError: it failed."""
+    words = [str(data) if word == RECORDING else word for word in command]
     with contextlib.redirect_stdout(io.StringIO()) as printed:
-        code = main([*command, "--json"])
+        code = main([*words, "--json"])
     if code:
         raise RuntimeError(f"trust-env {shlex.join(command)} failed")
     return json.loads(printed.getvalue())

@@ -4,7 +4,8 @@ const FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", s
 
 // A cleared context in CSS pixels, as wide as the element that holds the canvas.
 function prepare(canvas, height) {
-  const ratio = window.devicePixelRatio || 1, width = canvas.parentElement.clientWidth;
+  const ratio = window.devicePixelRatio || 1,
+    width = canvas.parentElement.clientWidth;
   if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
     canvas.width = Math.round(width * ratio);
     canvas.height = Math.round(height * ratio);

@@ -1,8 +1,25 @@
 // The page's colours by name, as they are now: light or dark.
 
 const COLOUR_NAMES = [
-  "page", "card", "ink", "soft", "line", "grid", "accent", "benign", "adversary", "injected", "published", "hidden",
-  "tentative", "missing", "in-picture", "no-opinion", "map", "fov-benign", "fov-adversary",
+  "page",
+  "card",
+  "ink",
+  "soft",
+  "line",
+  "grid",
+  "accent",
+  "benign",
+  "adversary",
+  "injected",
+  "published",
+  "hidden",
+  "tentative",
+  "missing",
+  "in-picture",
+  "no-opinion",
+  "map",
+  "fov-benign",
+  "fov-adversary"
 ];
 const DARK = window.matchMedia("(prefers-color-scheme: dark)");
 

@@ -12,12 +12,14 @@ const LEGEND = [
   ["track, published", (c, at, k) => trackSymbol(c, at, PUBLISHED, false, k)],
   ["track, published and false", (c, at, k) => trackSymbol(c, at, PUBLISHED, true, k)],
   ["track, hidden by the defense", (c, at, k) => trackSymbol(c, at, HIDDEN, false, k)],
-  ["track, tentative", (c, at, k) => trackSymbol(c, at, TENTATIVE, false, k)],
+  ["track, tentative", (c, at, k) => trackSymbol(c, at, TENTATIVE, false, k)]
 ];
 
 function drawLegend(list, colours) {
   const entries = LEGEND.map(([words, draw]) => {
-    const entry = document.createElement("li"), holder = document.createElement("span"), canvas = document.createElement("canvas");
+    const entry = document.createElement("li"),
+      holder = document.createElement("span"),
+      canvas = document.createElement("canvas");
     holder.append(canvas);
     entry.append(holder, words);
     return { entry, canvas, draw };

@@ -2,7 +2,7 @@
 
 async function main() {
   const written = JSON.parse(document.getElementById("recordings").textContent);
-  const viewer = new Viewer(document.getElementById("viewer"));
+  const viewer = new Viewer(document.getElementById("viewer"), true);
   viewer.show(await Promise.all(written.map((recording) => Recording.load(recording))));
 }
 

@@ -1,4 +1,4 @@
-// One frame as a map. The same symbols stand in the legend.
+// One frame as a map.
 
 class Camera {
   constructor([xMin, xMax, yMin, yMax], size) {
@@ -19,11 +19,13 @@ class Camera {
 
 // view: colours, layers {fovs, detections, labels}, chosen {agent} or {track} or null.
 function drawMap(context, size, extent, recording, t, view) {
-  const camera = new Camera(extent, size), { colours, layers } = view;
+  const camera = new Camera(extent, size),
+    { colours, layers } = view;
   context.fillStyle = colours.map;
   context.fillRect(0, 0, size, size);
   drawGrid(context, size, camera, colours);
-  if (layers.fovs) recording.agents.forEach((agent, k) => drawFov(context, camera, agent, view, view.chosen?.agent === k));
+  if (layers.fovs)
+    recording.agents.forEach((agent, k) => drawFov(context, camera, agent, view, view.chosen?.agent === k, recording.count));
   if (layers.trails) drawTrails(context, camera, recording, t, colours);
   for (const row of recording.rows("track", t)) drawEllipse(context, camera, recording, row, view);
   if (layers.detections) drawDetections(context, camera, recording, t, view);
@@ -36,19 +38,28 @@ function drawMap(context, size, extent, recording, t, view) {
 }
 
 function drawGrid(context, size, camera, colours) {
-  const metres = size / camera.scale, step = niceStep(metres / 5);
+  const metres = size / camera.scale,
+    step = niceStep(metres / 5);
   context.beginPath();
   for (let i = Math.ceil((camera.x - metres / 2) / step); i * step < camera.x + metres / 2; i++) {
     const [x] = camera.pixels(i * step, 0);
-    context.moveTo(x, 0), context.lineTo(x, size);
+    (context.moveTo(x, 0), context.lineTo(x, size));
   }
   for (let i = Math.ceil((camera.y - metres / 2) / step); i * step < camera.y + metres / 2; i++) {
     const [, y] = camera.pixels(0, i * step);
-    context.moveTo(0, y), context.lineTo(size, y);
+    (context.moveTo(0, y), context.lineTo(size, y));
   }
   paint(context, null, colours.grid, 1);
-  const length = step * camera.scale, words = step >= 1000 ? `${step / 1000} km` : `${step} m`;
-  polygon(context, [[10, size - 10], [10 + length, size - 10]], { stroke: colours.soft, width: 2, closed: false });
+  const length = step * camera.scale,
+    words = step >= 1000 ? `${step / 1000} km` : `${step} m`;
+  polygon(
+    context,
+    [
+      [10, size - 10],
+      [10 + length, size - 10]
+    ],
+    { stroke: colours.soft, width: 2, closed: false }
+  );
   text(context, words, 10 + length / 2, size - 20, { colour: colours.soft, align: "center", halo: colours.map });
 }
 
@@ -57,10 +68,11 @@ function niceStep(least) {
   return [1, 2, 5, 10].map((n) => n * power).find((step) => step >= least);
 }
 
-function drawFov(context, camera, agent, { colours }, isChosen) {
+// The more agents there are, the fainter their FOVs, so that many on one another stay light.
+function drawFov(context, camera, agent, { colours }, isChosen, count) {
   const role = agent.adversary ? "adversary" : "benign";
   const outline = agent.outline.map(([x, y]) => camera.pixels(x, y));
-  context.globalAlpha = 1;
+  context.globalAlpha = Math.min(1, 6 / count);
   polygon(context, outline, { fill: colours[`fov-${role}`] });
   context.globalAlpha = isChosen ? 1 : 0.45;
   polygon(context, outline, { stroke: colours[role], width: isChosen ? 2 : 1 });
@@ -69,13 +81,17 @@ function drawFov(context, camera, agent, { colours }, isChosen) {
 
 // Where the targets were in the last frames. A slot that a new target has taken begins a new trail.
 function drawTrails(context, camera, recording, t, colours) {
-  const last = new Map(), [xMin, xMax] = recording.extent;
+  const last = new Map(),
+    [xMin, xMax] = recording.extent;
   context.beginPath();
   for (let s = Math.max(0, t - 15); s <= t; s++) {
     for (const row of recording.rows("target", s)) {
-      const at = camera.pixelsOf(recording.target_at, row), before = last.get(recording.target[row]);
-      const goesOn = before?.s === s - 1 && Math.hypot(at[0] - before.at[0], at[1] - before.at[1]) < 0.1 * (xMax - xMin) * camera.scale;
-      if (goesOn) context.moveTo(...before.at), context.lineTo(...at);
+      const at = camera.pixelsOf(recording.target_at, row),
+        before = last.get(recording.target[row]);
+      const goesOn =
+        before?.s === s - 1 &&
+        Math.hypot(at[0] - before.at[0], at[1] - before.at[1]) < 0.1 * (xMax - xMin) * camera.scale;
+      if (goesOn) (context.moveTo(...before.at), context.lineTo(...at));
       last.set(recording.target[row], { s, at });
     }
   }
@@ -84,41 +100,22 @@ function drawTrails(context, camera, recording, t, colours) {
 
 function drawDetections(context, camera, recording, t, { colours, chosen, detectionColours }) {
   for (const row of recording.rows("detection", t)) {
-    const agent = recording.detection_agent[row], at = camera.pixelsOf(recording.detection_at, row);
+    const agent = recording.detection_agent[row],
+      at = camera.pixelsOf(recording.detection_at, row);
     context.globalAlpha = chosen?.agent === undefined || chosen.agent === agent ? 1 : 0.2;
     detectionSymbol(context, at, recording.detection_kind[row], detectionColours[agent], colours);
   }
   context.globalAlpha = 1;
 }
 
-function detectionSymbol(context, at, kind, colour, colours) {
-  if (kind === INJECTED) crossSymbol(context, at, 4.5, colours.injected);
-  else if (kind === CLUTTER) circle(context, at, 3, { stroke: colour });
-  else circle(context, at, 2.4, { fill: colour });
-}
-
-function crossSymbol(context, [x, y], r, colour) {
-  context.beginPath();
-  context.moveTo(x - r, y - r), context.lineTo(x + r, y + r), context.moveTo(x - r, y + r), context.lineTo(x + r, y - r);
-  paint(context, null, colour, 2);
-}
-
-function targetSymbol(context, [x, y], state, colours) {
-  const r = 5.5, points = [[x, y - r], [x + r, y], [x, y + r], [x - r, y]];
-  const fill = { shown: colours["in-picture"], missing: colours.missing, unseen: colours.map }[state];
-  polygon(context, points, { fill, stroke: state === "unseen" ? colours.soft : colours.ink, width: 1.2 });
-}
-
-function trackColour(kind, isFalse, colours) {
-  return isFalse ? colours.injected : [colours.tentative, colours.hidden, colours.published][kind];
-}
-
 // Two standard deviations, and where the track will be in five frames.
 function drawEllipse(context, camera, recording, row, { colours }) {
   const [a, b, angle] = recording.track_ellipse.subarray(3 * row, 3 * row + 3);
-  const kind = recording.track_kind[row], colour = trackColour(kind, recording.track_false[row], colours);
+  const kind = recording.track_kind[row],
+    colour = trackColour(kind, recording.track_false[row], colours);
   const [x, y] = camera.pixelsOf(recording.track_at, row);
-  const [vx, vy] = recording.track_velocity.subarray(2 * row, 2 * row + 2), ahead = 5 * recording.dt * camera.scale;
+  const [vx, vy] = recording.track_velocity.subarray(2 * row, 2 * row + 2),
+    ahead = 5 * recording.dt * camera.scale;
   if (2 * a * camera.scale > 2) {
     context.beginPath();
     context.ellipse(x, y, 2 * a * camera.scale, 2 * b * camera.scale, -angle, 0, 2 * Math.PI);
@@ -128,11 +125,19 @@ function drawEllipse(context, camera, recording, row, { colours }) {
     paint(context, null, colour, 1);
     context.globalAlpha = 1;
   }
-  polygon(context, [[x, y], [x + vx * ahead, y - vy * ahead]], { stroke: colour, closed: false });
+  polygon(
+    context,
+    [
+      [x, y],
+      [x + vx * ahead, y - vy * ahead]
+    ],
+    { stroke: colour, closed: false }
+  );
 }
 
 function drawTrack(context, camera, recording, row, { colours, layers, chosen }) {
-  const at = camera.pixelsOf(recording.track_at, row), kind = recording.track_kind[row];
+  const at = camera.pixelsOf(recording.track_at, row),
+    kind = recording.track_kind[row];
   trackSymbol(context, at, kind, recording.track_false[row], colours);
   if (chosen?.track === recording.track[row]) circle(context, at, 13, { stroke: colours.accent, width: 2.5 });
   if (!layers.labels || kind === TENTATIVE) return;
@@ -142,40 +147,30 @@ function drawTrack(context, camera, recording, row, { colours, layers, chosen })
   text(context, words, at[0] + 11, at[1] - 8, { colour, size: 10, halo: colours.map });
 }
 
-function trackSymbol(context, at, kind, isFalse, colours) {
-  const stroke = trackColour(kind, isFalse, colours);
-  if (kind === TENTATIVE) circle(context, at, 5, { stroke });
-  else circle(context, at, 8.5, { stroke, width: 2, dash: kind === HIDDEN ? [4, 3] : [] });
-}
-
 // Triangle or square, and around it a ring that is as long and as green as the trust in the agent.
 function drawAgents(context, camera, recording, t, { colours, layers, chosen }) {
   recording.agents.forEach((agent, k) => {
-    const at = camera.pixels(...agent.at), trust = recording.agent_trust[t * recording.count + k];
-    circle(context, at, 12, { fill: colours.card, stroke: colours.line, width: 3 });
+    const at = camera.pixels(...agent.at),
+      trust = recording.agent_trust[t * recording.count + k],
+      radius = recording.count > 8 ? 9.5 : 12;
+    circle(context, at, radius, { fill: colours.card, stroke: colours.line, width: 3 });
     if (!Number.isNaN(trust)) {
       context.beginPath();
-      context.arc(at[0], at[1], 12, -Math.PI / 2, -Math.PI / 2 + 2 * Math.PI * trust);
+      context.arc(at[0], at[1], radius, -Math.PI / 2, -Math.PI / 2 + 2 * Math.PI * trust);
       paint(context, null, trustColour(trust, colours), 3);
     }
     agentSymbol(context, at, agent.adversary, colours);
     if (chosen?.agent === k) circle(context, at, 17, { stroke: colours.accent, width: 2.5 });
     if (layers.labels) {
       const colour = colours[agent.adversary ? "adversary" : "benign"];
-      text(context, shortName(agent.name), at[0], at[1] + 21, { colour, align: "center", weight: "600", halo: colours.map });
+      text(context, shortName(agent.name), at[0], at[1] + radius + 9, {
+        colour,
+        align: "center",
+        weight: "600",
+        halo: colours.map
+      });
     }
   });
-}
-
-// adversary_0 as A0, benign_12 as B12.
-function shortName(name) {
-  const [role, number] = name.split("_");
-  return `${role[0].toUpperCase()}${number}`;
-}
-
-function agentSymbol(context, [x, y], adversary, colours) {
-  if (adversary) polygon(context, [[x, y - 6.5], [x + 6, y + 4.5], [x - 6, y + 4.5]], { fill: colours.adversary });
-  else polygon(context, [[x - 4.5, y - 4.5], [x + 4.5, y - 4.5], [x + 4.5, y + 4.5], [x - 4.5, y + 4.5]], { fill: colours.benign });
 }
 
 // What is nearest to a point of the map, {agent} or {track}; null where nothing is near.

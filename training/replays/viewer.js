@@ -3,8 +3,10 @@
 const FRAMES_PER_SECOND = 10; // at speed 1
 
 class Viewer {
-  constructor(root) {
+  // ownsPage: keys count wherever the focus is; otherwise only where it is within the viewer.
+  constructor(root, ownsPage = false) {
     this.root = root;
+    this.ownsPage = ownsPage;
     this.recordings = [];
     this.frame = 0;
     this.playing = false;
@@ -38,7 +40,11 @@ class Viewer {
     const stage = { figure, part, recording, map: part("map"), history: part("history") };
     stage.map.addEventListener("click", (event) => this.chooseAt(index, event));
     stage.map.addEventListener("pointermove", (event) => this.drag(stage, event));
-    for (const [name, factor] of [["in", 0.5], ["out", 2], ["all", Infinity]]) {
+    for (const [name, factor] of [
+      ["in", 0.5],
+      ["out", 2],
+      ["all", Infinity]
+    ]) {
       part(name).addEventListener("click", () => this.zoom(factor));
     }
     stage.history.addEventListener("pointerdown", (event) => this.goToPointer(stage, event));
@@ -57,15 +63,27 @@ class Viewer {
 
   bindKeys() {
     const keys = {
-      " ": () => this.toggle(), k: () => this.toggle(), ArrowLeft: () => this.step(-1), ArrowRight: () => this.step(1),
-      ",": () => this.step(-1), ".": () => this.step(1), PageDown: () => this.step(10), PageUp: () => this.step(-10),
-      Home: () => this.goTo(0), End: () => this.goTo(Infinity), Escape: () => this.choose(null),
-      z: () => this.zoom(0.5), x: () => this.zoom(2), "+": () => this.changeSpeed(1), "-": () => this.changeSpeed(-1),
+      " ": () => this.toggle(),
+      k: () => this.toggle(),
+      ArrowLeft: () => this.step(-1),
+      ArrowRight: () => this.step(1),
+      ",": () => this.step(-1),
+      ".": () => this.step(1),
+      PageDown: () => this.step(10),
+      PageUp: () => this.step(-10),
+      Home: () => this.goTo(0),
+      End: () => this.goTo(Infinity),
+      Escape: () => this.choose(null),
+      z: () => this.zoom(0.5),
+      x: () => this.zoom(2),
+      "+": () => this.changeSpeed(1),
+      "-": () => this.changeSpeed(-1)
     };
     document.addEventListener("keydown", (event) => {
-      const action = keys[event.key], at = event.target;
+      const action = keys[event.key],
+        at = event.target;
       if (!action || !this.recordings.length || event.ctrlKey || event.metaKey || event.altKey) return;
-      if (at.closest?.("select, a, summary, [contenteditable]") || (at !== document.body && !this.root.contains(at))) return;
+      if (at.closest?.("select, a, summary") || !(this.root.contains(at) || (this.ownsPage && at === document.body))) return;
       if (event.key === " " && at.closest?.("button, input[type=checkbox]")) return;
       event.preventDefault();
       action();
@@ -77,7 +95,8 @@ class Viewer {
   }
 
   changeSpeed(by) {
-    const select = this.part("speed"), last = select.options.length - 1;
+    const select = this.part("speed"),
+      last = select.options.length - 1;
     select.selectedIndex = Math.min(last, Math.max(0, select.selectedIndex + by));
   }
 
@@ -92,7 +111,8 @@ class Viewer {
     let due = performance.now();
     const tick = (now) => {
       if (!this.playing) return;
-      const period = 1000 / (FRAMES_PER_SECOND * this.speed), frames = Math.floor((now - due) / period);
+      const period = 1000 / (FRAMES_PER_SECOND * this.speed),
+        frames = Math.floor((now - due) / period);
       if (frames > 0) {
         due = now - due > 1000 ? now : due + frames * period;
         this.goTo(this.frame + Math.min(frames, Math.ceil(this.speed)));
@@ -119,7 +139,8 @@ class Viewer {
   }
 
   goToPointer(stage, event) {
-    const left = stage.history.getBoundingClientRect().left, width = stage.history.parentElement.clientWidth;
+    const left = stage.history.getBoundingClientRect().left,
+      width = stage.history.parentElement.clientWidth;
     this.pause();
     const box = { left: LEFT, width: width - LEFT - RIGHT, frames: stage.recording.frames };
     this.goTo(frameAt(box, event.clientX - left));
@@ -127,7 +148,8 @@ class Viewer {
 
   // Shows `factor` times as much, around what is chosen; never more than everything.
   zoom(factor) {
-    const whole = this.recordings[0].extent, [xMin, xMax, yMin, yMax] = this.extent;
+    const whole = this.recordings[0].extent,
+      [xMin, xMax, yMin, yMax] = this.extent;
     const at = this.placeOfChosen() ?? [(xMin + xMax) / 2, (yMin + yMax) / 2];
     const half = (factor * Math.max(xMax - xMin, yMax - yMin)) / 2;
     const isWhole = 2 * half >= Math.max(whole[1] - whole[0], whole[3] - whole[2]);
@@ -136,7 +158,8 @@ class Viewer {
   }
 
   placeOfChosen() {
-    const { agent, track, stage } = this.chosen ?? {}, recording = this.recordings[stage ?? 0];
+    const { agent, track, stage } = this.chosen ?? {},
+      recording = this.recordings[stage ?? 0];
     if (agent !== undefined) return recording.agents[agent].at;
     const row = track === undefined ? -1 : recording.rowsOfTrack(track)[this.frame];
     return row < 0 ? null : [recording.track_at[2 * row], recording.track_at[2 * row + 1]];
@@ -145,7 +168,8 @@ class Viewer {
   drag(stage, event) {
     if (!event.buttons || this.extent === this.recordings[0].extent) return;
     const { scale } = new Camera(this.extent, stage.map.parentElement.clientWidth);
-    const dx = -event.movementX / scale, dy = event.movementY / scale;
+    const dx = -event.movementX / scale,
+      dy = event.movementY / scale;
     this.dragged = true;
     this.extent = this.extent.map((edge, i) => edge + (i < 2 ? dx : dy));
     this.draw();
@@ -153,7 +177,8 @@ class Viewer {
 
   chooseAt(index, event) {
     if (this.dragged) return (this.dragged = false);
-    const { map, recording } = this.stages[index], box = map.getBoundingClientRect();
+    const { map, recording } = this.stages[index],
+      box = map.getBoundingClientRect();
     const camera = new Camera(this.extent, box.width);
     const found = findAt(recording, this.frame, camera, event.clientX - box.left, event.clientY - box.top);
     this.choose(found && (found.agent === undefined ? { ...found, stage: index } : found));
@@ -173,7 +198,7 @@ class Viewer {
     if (!this.recordings.length) return;
     this.colours = readColours();
     this.layers = Object.fromEntries(
-      [...this.root.querySelectorAll("[data-layer]")].map((box) => [box.dataset.layer, box.checked]),
+      [...this.root.querySelectorAll("[data-layer]")].map((box) => [box.dataset.layer, box.checked])
     );
     const most = Math.max(1, ...this.recordings.map(greatestDamage));
     this.stages.forEach((stage, i) => {
@@ -187,7 +212,8 @@ class Viewer {
 
   draw() {
     this.stages.forEach((stage, i) => {
-      const { recording, detectionColours } = stage, side = stage.map.parentElement.clientWidth;
+      const { recording, detectionColours } = stage,
+        side = stage.map.parentElement.clientWidth;
       const view = { colours: this.colours, layers: this.layers, chosen: this.chosenIn(i), detectionColours };
       drawMap(prepare(stage.map, side).context, side, this.extent, recording, this.frame, view);
       drawHistory(stage.history, stage.charts, recording, this.frame, this.colours);
@@ -198,7 +224,9 @@ class Viewer {
   }
 
   updateControls() {
-    const { frames, dt } = this.recordings[0], number = this.frame + 1, play = this.part("play");
+    const { frames, dt } = this.recordings[0],
+      number = this.frame + 1,
+      play = this.part("play");
     this.part("frame").value = number;
     this.part("frame").setAttribute("aria-valuetext", `frame ${number} of ${frames}`);
     this.part("number").textContent = `frame ${number} of ${frames} (${(number * dt).toPrecision(3) / 1} s)`;
@@ -214,11 +242,15 @@ class Viewer {
       const confirmed = (row) => recording.track_kind[row] !== TENTATIVE;
       const rows = Array.from(recording.track.keys()).filter(confirmed);
       const ids = [...new Set(rows.map((row) => recording.track[row]))].sort((a, b) => a - b);
-      return group(`tracks: ${recording.defense}`, ids.map((track) => option(`track ${track}`, { track, stage })));
+      return group(
+        `tracks: ${recording.defense}`,
+        ids.map((track) => option(`track ${track}`, { track, stage }))
+      );
     });
     this.part("look").replaceChildren(option("nothing chosen", null), group("agents", agents), ...groups);
     this.part("look").value = JSON.stringify(this.chosen);
-    if (this.part("look").selectedIndex < 0) { // a track that is tentative only
+    if (this.part("look").selectedIndex < 0) {
+      // a track that is tentative only
       this.part("look").append(option(`track ${this.chosen.track}`, this.chosen));
       this.part("look").selectedIndex = this.part("look").options.length - 1;
     }
@@ -229,27 +261,4 @@ function group(label, options) {
   const element = Object.assign(document.createElement("optgroup"), { label });
   element.append(...options);
   return element;
-}
-
-function describeFrame(recording, t) {
-  const wrong = recording.false_tracks[t], made = recording.injected_tracks[t];
-  return `picture ${recording.published_tracks[t]}, false ${wrong} (injected ${made}), ` +
-    `missing ${recording.missing_targets[t]} of ${recording.visible_targets[t]}, GOSPA ${recording.gospa[t].toPrecision(3)} m`;
-}
-
-function describeChosen(recording, t, chosen) {
-  if (!chosen) return "";
-  const number = (mean, std) => (Number.isNaN(mean) ? "no opinion" : `trust ${mean.toFixed(2)} ± ${std.toFixed(2)}`);
-  if (chosen.agent !== undefined) {
-    const k = chosen.agent, at = t * recording.count + k;
-    return `${recording.agents[k].name}: ${number(recording.agent_trust[at], recording.agent_std[at])}`;
-  }
-  const row = recording.rows("track", t).find((r) => recording.track[r] === chosen.track);
-  if (row === undefined) return `track ${chosen.track}: not there in this frame`;
-  const kind = ["tentative", "hidden", "published"][recording.track_kind[row]], agents = recording.agents.map((_, k) => k);
-  const counted = (bits) => agents.filter((k) => (recording.evidenceOn(row, k) & bits) === bits).length;
-  const score = recording.track_score[row], existence = 1 / (1 + Math.exp(-score));
-  return `track ${chosen.track}: ${recording.track_false[row] ? "false, " : ""}${kind}, ` +
-    `${number(recording.track_trust[row], recording.track_std[row])}, score ${score.toFixed(1)} nats ` +
-    `(existence ${existence.toFixed(3)}), seen by ${counted(EXPECTED | DETECTED)} of ${counted(EXPECTED)} that should`;
 }

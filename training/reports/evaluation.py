@@ -33,18 +33,24 @@ _PROGRAM = ("trust-env", "trust_env/training/cli/__main__.py")
 
 
 class Evaluation:
-    """The folder of an evaluation. Raises ValueError for one that is none, or whose files do not fit together."""
+    """The folder of an evaluation: the cells that both results.parquet and results.json hold, as a run that was broken
+    off may have written a cell to the first only. Raises ValueError for a folder that is none, or without such a cell.
+
+    first_row: of results.parquet, by cell.
+    """
 
     def __init__(self, path: Path):
         self.path = path
         table, self.configuration, strata = read_run(path)
         self.details, self.command = read_details(path)
         self.written = json.loads((path / SUMMARY).read_text(encoding="utf-8"))
-        c, found = self.configuration, cells_of(table, strata)
-        name = self.written["scenario"]
-        self.results = Results(name, c["seed"], c["episodes"], c["version"], tuple(found))
-        if [cell.key for cell in found] != [(cell["attack"], cell["defense"]) for cell in self.written["cells"]]:
-            raise ValueError(f"{path}: {SUMMARY} holds other cells than the rows; expected those of one run")
+        c, found = self.configuration, {cell.key: cell for cell in cells_of(table, strata)}
+        self.first_row = {key: number * c["episodes"] for number, key in enumerate(found)}
+        self.summaries = {(s["attack"], s["defense"]): s for s in self.written["cells"]}
+        both = tuple(cell for key, cell in found.items() if key in self.summaries)
+        if not both:
+            raise ValueError(f"{path}: no cell is finished; expected at least one")
+        self.results = Results(self.written["scenario"], c["seed"], c["episodes"], c["version"], both)
 
     @property
     def missing(self) -> int:
@@ -73,7 +79,7 @@ class Evaluation:
             "attacks": list(dict.fromkeys(cell.attack for cell in cells)),
             "defenses": list(dict.fromkeys(cell.defense for cell in cells)),
             "columns": {heading: _definition(*column) for heading, column in COLUMNS.items()},
-            "cells": [_cell(cell) for cell in self.written["cells"]],
+            "cells": [_cell(self.summaries[cell.key]) for cell in cells],
             "references": sorted({cell.defense for cell in cells if is_reference(cell.defense)}),
             "glance": self._glance(),
             "compared": self._compared(against),

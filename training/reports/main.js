@@ -16,11 +16,14 @@ async function main() {
 
 async function loadPlotly() {
   const code = await inflate(document.getElementById("plotly").textContent);
-  document.head.append(Object.assign(document.createElement("script"), { textContent: new TextDecoder().decode(code) }));
+  document.head.append(
+    Object.assign(document.createElement("script"), { textContent: new TextDecoder().decode(code) })
+  );
 }
 
 function showReplays(replays) {
-  const viewer = new Viewer(document.getElementById("viewer")), select = document.getElementById("episode");
+  const viewer = new Viewer(document.getElementById("viewer")),
+    select = document.getElementById("episode");
   const show = async () => viewer.show([await Recording.load(replays[select.value].recording)]);
   select.addEventListener("change", show);
   show();

@@ -13,7 +13,12 @@ function lineDash(i) {
 }
 
 function withAlpha(colour, alpha) {
-  return colour + Math.round(255 * alpha).toString(16).padStart(2, "0");
+  return (
+    colour +
+    Math.round(255 * alpha)
+      .toString(16)
+      .padStart(2, "0")
+  );
 }
 
 function shorten(name, most = 30) {
@@ -28,17 +33,30 @@ function plot(element, make) {
 }
 
 function draw(element) {
-  const colours = readColours(), { traces, layout = {}, height = 300 } = drawn.get(element)(colours);
+  const colours = readColours(),
+    { traces, layout = {}, height = 300 } = drawn.get(element)(colours);
   const axis = { gridcolor: colours.grid, zerolinecolor: colours.line, linecolor: colours.line, automargin: true };
   const title = (own) => (typeof own?.title === "string" ? { ...own, title: { text: own.title, standoff: 6 } } : own);
   const whole = {
-    height, autosize: true, margin: { l: 46, r: 12, t: 8, b: 38 }, showlegend: false,
-    paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", hovermode: "closest",
+    height,
+    autosize: true,
+    margin: { l: 46, r: 12, t: 8, b: 38 },
+    showlegend: false,
+    paper_bgcolor: "rgba(0,0,0,0)",
+    plot_bgcolor: "rgba(0,0,0,0)",
+    hovermode: "closest",
     font: { family: FONT, size: 12, color: colours.ink },
     hoverlabel: { bgcolor: colours.card, bordercolor: colours.line, font: { color: colours.ink } },
-    ...layout, xaxis: { ...axis, ...title(layout.xaxis) }, yaxis: { ...axis, ...title(layout.yaxis) },
+    ...layout,
+    xaxis: { ...axis, ...title(layout.xaxis) },
+    yaxis: { ...axis, ...title(layout.yaxis) }
   };
-  const settings = { responsive: true, displaylogo: false, displayModeBar: "hover", modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] };
+  const settings = {
+    responsive: true,
+    displaylogo: false,
+    displayModeBar: "hover",
+    modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"]
+  };
   Plotly.react(element, traces, whole, settings);
 }
 
@@ -48,20 +66,37 @@ DARK.addEventListener("change", () => drawn.forEach((_, element) => draw(element
 function intervalPlot(rows, axisTitle, zero) {
   return (colours) => ({
     height: 70 + 26 * Math.max(2, rows.length),
-    traces: [{
-      type: "scatter", mode: "markers", x: rows.map((row) => row.value), y: rows.map((_, i) => i),
-      text: rows.map((row) => row.name),
-      customdata: rows.map((row) => `${row.value.toPrecision(4)} (${row.low.toPrecision(4)} to ${row.high.toPrecision(4)})`),
-      hovertemplate: "%{text}<br>%{customdata}<extra></extra>",
-      marker: { size: 10, color: rows.map((row) => row.colour) },
-      error_x: {
-        type: "data", symmetric: false, thickness: 2, width: 5, color: colours.soft,
-        array: rows.map((row) => row.high - row.value), arrayminus: rows.map((row) => row.value - row.low),
-      },
-    }],
+    traces: [
+      {
+        type: "scatter",
+        mode: "markers",
+        x: rows.map((row) => row.value),
+        y: rows.map((_, i) => i),
+        text: rows.map((row) => row.name),
+        customdata: rows.map(
+          (row) => `${row.value.toPrecision(4)} (${row.low.toPrecision(4)} to ${row.high.toPrecision(4)})`
+        ),
+        hovertemplate: "%{text}<br>%{customdata}<extra></extra>",
+        marker: { size: 10, color: rows.map((row) => row.colour) },
+        error_x: {
+          type: "data",
+          symmetric: false,
+          thickness: 2,
+          width: 5,
+          color: colours.soft,
+          array: rows.map((row) => row.high - row.value),
+          arrayminus: rows.map((row) => row.value - row.low)
+        }
+      }
+    ],
     layout: {
       xaxis: { title: axisTitle, rangemode: zero ? "tozero" : "normal", zeroline: true },
-      yaxis: { tickvals: rows.map((_, i) => i), ticktext: rows.map((row) => shorten(row.name, 26)), range: [rows.length - 0.4, -0.6], showgrid: false },
-    },
+      yaxis: {
+        tickvals: rows.map((_, i) => i),
+        ticktext: rows.map((row) => shorten(row.name, 26)),
+        range: [rows.length - 0.4, -0.6],
+        showgrid: false
+      }
+    }
   });
 }

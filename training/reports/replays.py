@@ -39,4 +39,4 @@ def _rows(found: Evaluation, cells: int) -> Iterator[tuple[int, str]]:
         worlds = {"worst": order[0], "median": order[n // 2], "best": order[-1]}
         for name, world in list(worlds.items())[: min(n, 3)]:
             text = f"{name}: world {world}, damage {damage[world]:.3g}"
-            yield number * n + int(world), f"{cell.attack} x {cell.defense}, {text}"
+            yield found.first_row[cell.key] + int(world), f"{cell.attack} x {cell.defense}, {text}"

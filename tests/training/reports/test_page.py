@@ -124,6 +124,14 @@ def test_episodes_are_played_in_the_page(page):
     page.wait_for_function("document.querySelector('[data-part=number]').textContent.startsWith('frame 1 ')")
 
 
+def test_keys_move_the_replay_only_where_it_has_the_focus(page):
+    page.keyboard.press("End")
+    assert page.text_content("[data-part=number]").startswith("frame 1 of 20")
+    page.click("[data-part=map]", position={"x": 5, "y": 5})
+    page.keyboard.press("End")
+    assert page.text_content("[data-part=number]").startswith("frame 20 of 20")
+
+
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_it_fits_400_pixels_in_the_colours_of_the_scheme(browser, folder, scheme):
     with open_page(browser, folder / "report.html", 400, scheme) as page:

@@ -147,10 +147,22 @@ def test_what_cannot_be_replayed_is_said_and_the_rest_shown(folder, tmp_path):
     assert all("expected it as an object" in replay["fault"] for replay in found) and len(found) == 3
 
 
-def test_an_unfinished_run_says_how_many_cells_are_missing(folder, tmp_path):
-    run = Evaluation(folder / "run")
-    run.configuration["attacks"].append("random")
-    assert run.missing == 3
+def test_a_run_that_was_broken_off_shows_the_cells_that_it_has_and_how_many_are_missing(folder, tmp_path):
+    import shutil
+
+    shutil.copytree(folder / "run", tmp_path / "run")
+    file = tmp_path / "run" / "results.json"
+    written = json.loads(file.read_text())
+    del written["cells"][1]  # written to results.parquet only
+    file.write_text(json.dumps(written))
+    found = training.report(tmp_path / "run", tmp_path / "report.html", cells=12, progress=False)
+    section = found["sections"][0]
+    assert section["missing"] == 1 and len(section["cells"]) == 5 and len(found["replays"]) == 9
+    assert ("honest", "trust(preset=paper)") not in {(cell["attack"], cell["defense"]) for cell in section["cells"]}
+    assert "Not finished: 1 of 6 cells." in (tmp_path / "report.html").read_text()
+    file.write_text(json.dumps({**written, "cells": []}))
+    with pytest.raises(ValueError, match="no cell is finished"):
+        training.report(tmp_path / "run", tmp_path / "report.html")
 
 
 def test_a_folder_without_courses_gives_a_page_without_them(folder, tmp_path):
