@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from trust_env.agents import POLICIES, knowledge_of, parse_policy
+from trust_env.defenses import named_in_full
 from trust_env.scenario import Scenario
 from trust_env.spaces.observation import KNOWLEDGE
 from trust_env.training.evaluation.evaluate import evaluate
@@ -30,7 +31,7 @@ def full_rows(
     for scenario in version.scenarios:
         for threat in version.threat_models:
             for defense in defenses:
-                at = folder / "parts" / scenario / threat.label / folder_name(defense)
+                at = folder / "parts" / folder_name(scenario) / threat.label / folder_name(named_in_full(defense))
                 yield _row(version, scenario, threat, defense, more_attacks, at, progress)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -68,7 +69,11 @@ def _played(
             continue
         if progress:
             print(f"trust-env: rank: {defense} on {scenario}, {threat.label}", file=sys.stderr)
-        at = None if folder is None else folder / "parts" / scenario / threat.label / folder_name(defense)
+        at = (
+            None
+            if folder is None
+            else folder / "parts" / folder_name(scenario) / threat.label / folder_name(named_in_full(defense))
+        )
         world, count = version.world(scenario, threat), version.quick.validation + version.quick.episodes
         cells = _finished(at, world, attacks, defense, count, version.seed)
         if len(cells) < len(attacks):
@@ -90,6 +95,6 @@ def _finished(
     return cells_of(table, strata)
 
 
-def folder_name(defense: str) -> str:
-    """The name of a defense without what separates folders."""
-    return named_in_full(defense).replace("/", "_").replace("\\", "_").replace(":", "_")
+def folder_name(name: str) -> str:
+    """The name of a scenario or a defense in letters, digits and _, as paths of training runs hold no brackets."""
+    return re.sub(r"[^\w.-]+", "_", name).strip("_")

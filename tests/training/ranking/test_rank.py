@@ -178,7 +178,7 @@ class TestQuick:
         ranking, folder = played
         copy = tmp_path / "copy"
         shutil.copytree(folder, copy)
-        part = copy / "parts" / "trio(horizon=12)" / "own@1"
+        part = copy / "parts" / "trio_horizon_12" / "own@1"
         shutil.rmtree(part / "score")
         again = training.rank(version=tiny, out=copy, resume=True, progress=False)
         assert untimed(again) == untimed(ranking)
@@ -222,11 +222,21 @@ class TestFull:
         (made,) = found.rows
         assert {"honest", "outward", "search(outward)", "search(false_positive)"} <= set(made["damage"])
         assert "fov_aware" not in made["damage"] and made["worst"]["attack"] in made["damage"]
-        searched = tmp_path / "run" / "parts" / "trio(horizon=12)" / "own@1" / "score" / "exploit" / "finished.json"
+        searched = tmp_path / "run" / "parts" / "trio_horizon_12" / "own@1" / "score" / "exploit" / "finished.json"
         kept = searched.read_text()
         assert untimed(training.rank("full", resume=True, **options)) == untimed(found)
         assert json.loads(searched.read_text()) == json.loads(kept)
         assert "Adaptive" in (tmp_path / "run" / "full.md").read_text()
+
+    @pytest.mark.extra("train")
+    def test_attackers_are_trained_against_each_defense(self, tmp_path):
+        file = tmp_path / "trained.yaml"
+        fields = "steps: 64, worlds: 4, threads: 1, ppo.n_steps: 8, ppo.batch_size: 16, ppo.n_epochs: 1"
+        text = TINY.replace("seeds: 0, training: {}", f"seeds: 1, training: {{{fields}, evaluation.episodes: 2}}")
+        file.write_text(text)
+        options = {"only": "score", "threats": "own", "version": str(file), "out": tmp_path / "run"}
+        (made,) = training.rank("full", progress=False, **options).rows
+        assert "learned, seed 0" in made["damage"]
 
     def test_it_needs_a_folder(self, tiny):
         with pytest.raises(ValueError, match="expected out"):
