@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,21 +20,31 @@ from trust_env.metrics import EpisodeMetrics
 Choose = Callable[[np.ndarray], Any]
 
 
+class Damage(NamedTuple):
+    """Means per frame: false tracks shown, and targets missing from the picture."""
+
+    false: float
+    missing: float
+
+    def __str__(self) -> str:
+        return f"damage {self.false + self.missing:.2f} per frame ({self.false:.2f} false, {self.missing:.2f} missing)"
+
+
 @dataclass(frozen=True)
 class Outcome:
     """The result of an example: the loss of every update, the change of the weights of each network
-    (float[P]), and the damage per frame that the trained agents do.
+    (float[P]), and the damage that the trained agents do.
     """
 
     library: str
     losses: Sequence[float]
     changes: Mapping[str, np.ndarray]
-    damage: float
+    damage: Damage
 
     def __str__(self) -> str:
         moved = ", ".join(f"{name} {np.linalg.norm(change):.3g}" for name, change in self.changes.items())
         losses = f"{len(self.losses)} updates, loss {self.losses[0]:.3g} -> {self.losses[-1]:.3g}"
-        return f"{self.library}: {losses}; weights moved: {moved}; damage {self.damage:.2f} per frame"
+        return f"{self.library}: {losses}; weights moved: {moved}; {self.damage}"
 
 
 class Trained(Policy):
@@ -55,8 +65,8 @@ def weights(network: Any) -> np.ndarray:
     return np.concatenate([parameter.detach().numpy().ravel() for parameter in network.parameters()])
 
 
-def damage(policies: Mapping[str, Choose], scenario: Any, defense: Any, episodes: int = 20) -> float:
-    """Mean damage per frame of trained networks, by role or agent; all other agents are honest."""
+def damage(policies: Mapping[str, Choose], scenario: Any, defense: Any, episodes: int = 20) -> Damage:
+    """The damage of trained networks, by role or agent; all other agents are honest."""
     venv = vector_env(scenario, defense, episodes, autoreset=False)
     metrics = EpisodeMetrics(venv)
     player = Player(venv, {who: Trained(choose) for who, choose in policies.items()})
@@ -65,4 +75,5 @@ def damage(policies: Mapping[str, Choose], scenario: Any, defense: Any, episodes
         observations, *_, info = venv.step(player.actions(observations))
         metrics.update(info)
     venv.close()
-    return float(metrics.result()["damage_per_frame"].mean())
+    found = metrics.result()
+    return Damage(*(float(found[f"{part}_per_frame"].mean()) for part in ("false_tracks", "missing_targets")))
