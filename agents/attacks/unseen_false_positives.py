@@ -91,16 +91,3 @@ class Exclusive(Lonely):
     """
 
     name = "exclusive"
-
-    def __init__(
-        self,
-        n: int | None = None,
-        share: bool = False,
-        motion: str = "static",
-        speed: float | None = None,
-        noise: float | None = None,
-        hit_rate: float | None = None,
-        start: int = 0,
-        suppress: float = 0.0,
-    ):
-        super().__init__(n, share, motion, speed, noise, hit_rate, start, suppress)

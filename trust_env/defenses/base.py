@@ -14,7 +14,7 @@ import numpy as np
 
 from trust_env.compiled.kernels import kernel
 from trust_env.defenses.evidence import Evidence, Shape
-from trust_env.world.tracking.score import CONFIRMED
+from trust_env.world.picture import clear_track_verdict
 
 ACCEPT = 0.5  # a track is shown while its trust is at least this, or nobody has an opinion
 OPTIONAL = ("innovations", "predictions", "inside", "coverage")  # evidence gathered only for who asks for it
@@ -110,12 +110,10 @@ def fits_publication(confirmed: np.ndarray, track_trust: np.ndarray) -> np.ndarr
 @kernel
 def clear_verdict(world):
     """No opinion, every confirmed track fit for publication, nothing kept."""
-    tracks, verdict = world.tracks, world.verdict
+    verdict = world.verdict
     for k in range(verdict.agent_trust.shape[0]):
         verdict.agent_trust[k], verdict.agent_trust_var[k] = np.nan, np.nan
-    for j in range(tracks.count):
-        verdict.track_trust[j], verdict.track_trust_var[j], verdict.keep[j] = np.nan, np.nan, False
-        verdict.publish[j] = tracks.status[j] == CONFIRMED and not tracks.to_delete[j]
+    clear_track_verdict(world)
 
 
 @kernel

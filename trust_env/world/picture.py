@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from trust_env.compiled.kernels import kernel
 from trust_env.compiled.structs import CENTRAL
 from trust_env.world.tracking.score import CONFIRMED
@@ -9,6 +11,15 @@ from trust_env.world.tracking.track_store import delete_marked, drop_track
 
 MONITOR, FILTER, REMOVE, WEIGHT, RETRO = range(5)
 ACTUATIONS = {"monitor": MONITOR, "filter": FILTER, "remove": REMOVE, "weight": WEIGHT, "retro": RETRO}
+
+
+@kernel
+def clear_track_verdict(world):
+    """No opinion of any track, every confirmed one fit for publication, nothing kept."""
+    tracks, verdict = world.tracks, world.verdict
+    for j in range(tracks.count):
+        verdict.track_trust[j], verdict.track_trust_var[j], verdict.keep[j] = np.nan, np.nan, False
+        verdict.publish[j] = tracks.status[j] == CONFIRMED and not tracks.to_delete[j]
 
 
 @kernel

@@ -10,8 +10,7 @@ from trust_env.compiled.kernels import kernel
 from trust_env.compiled.structs import CENTRAL
 from trust_env.world.evidence import gather_evidence
 from trust_env.world.fov import locate_fovs
-from trust_env.world.picture import RETRO
-from trust_env.world.tracking.score import CONFIRMED
+from trust_env.world.picture import RETRO, clear_track_verdict
 from trust_env.world.tracking.track_store import clear_store, delete_marked
 from trust_env.world.tracking.tracker import track_centrally
 
@@ -82,7 +81,7 @@ def _accuse(world):
 @kernel
 def _run_again(world):
     """The central tracker, from nothing, over the kept frames, of which the last one is the present."""
-    retro, tracks, verdict = world.retro, world.tracks, world.verdict
+    retro, tracks = world.retro, world.tracks
     kept, next_id = retro.kept_dt.shape[0], tracks.next_id
     clear_store(world, CENTRAL)
     tracks.next_id = next_id
@@ -93,6 +92,4 @@ def _run_again(world):
         _restore_frame(world, frame % kept)
         track_centrally(world)
     gather_evidence(world)
-    for j in range(tracks.count):
-        verdict.track_trust[j], verdict.track_trust_var[j], verdict.keep[j] = float("nan"), float("nan"), False
-        verdict.publish[j] = tracks.status[j] == CONFIRMED and not tracks.to_delete[j]
+    clear_track_verdict(world)
