@@ -1,4 +1,6 @@
-"""What to do with trained policies: the command that plays them on what they were trained on."""
+"""What to do with trained policies: the commands that play them on what they were trained on, and that show how they
+learned.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,7 @@ from trust_env.training.learning.training_folder import SCENARIO, TrainingFolder
 
 
 def next_step(folders: Sequence[Path]) -> str:
-    """The line that evaluates runs of one configuration on its scenario, against its defense."""
+    """The lines that evaluate runs of one configuration on its scenario, against its defense, and make a page of them."""
     folder = TrainingFolder.open(folders[0])
     config = folder.configuration()
     if config.role == "benign":
@@ -20,7 +22,8 @@ def next_step(folders: Sequence[Path]) -> str:
     words = ["trust-env", "evaluate", "--scenario", _scenario(folder), "--defense", config.defense, "--attack", attacks]
     if config.max_cycles is not None:
         words += ["--max-cycles", str(config.max_cycles)]
-    return f"to compare: {shlex.join(words)}"
+    page = shlex.join(["trust-env", "report", *map(str, folders)])
+    return f"to compare: {shlex.join(words)}\nas a page: {page}"
 
 
 def _scenario(folder: TrainingFolder) -> str:

@@ -14,7 +14,7 @@ from trust_env.metrics.agent_record import N_SCORES
 from trust_env.metrics.course_record import COURSES
 from trust_env.training.console import format_number
 from trust_env.training.evaluation.details import STATISTICS, Details
-from trust_env.training.evaluation.differences import differences
+from trust_env.training.evaluation.differences import differences, reference_name
 from trust_env.training.evaluation.results import DAMAGE, REFERENCES, Results, cells_of
 from trust_env.training.evaluation.run_folder import SUMMARY, read_details, read_run
 from trust_env.training.pages.packing import pack
@@ -97,13 +97,23 @@ class Evaluation:
             found.append({"defense": defense, "mean": mean, "attack": worst, "worst": means[worst]})
         return sorted(found, key=lambda row: row["worst"])
 
-    def _compared(self, against: str | None) -> dict[str, Any] | None:
-        """Differences from a defense; None where there is no other."""
+    def reference(self, against: str | None) -> str | None:
+        """The name of the defense that all others are compared with; None where there is no other.
+
+        ValueError: there is none of that name.
+        """
         defenses = list(dict.fromkeys(cell.defense for cell in self.results.cells))
         if len(defenses) < 2:
             return None
-        known = next((d for d in defenses if d.partition("(")[0] == "score"), defenses[0])
-        chosen = known if against is None else against
+        if against is None:
+            return next((d for d in defenses if d.partition("(")[0] == "score"), defenses[0])
+        return reference_name(self.results, against)
+
+    def _compared(self, against: str | None) -> dict[str, Any] | None:
+        """Differences from a defense; None where there is no other."""
+        chosen = self.reference(against)
+        if chosen is None:
+            return None
         return {"against": chosen, "rows": [row.to_dict() for row in differences(self.results, chosen)]}
 
     def _arrays(self) -> dict[str, np.ndarray]:

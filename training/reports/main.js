@@ -24,7 +24,8 @@ async function loadPlotly() {
 function showReplays(replays) {
   const viewer = new Viewer(document.getElementById("viewer")),
     select = document.getElementById("episode");
-  const show = async () => viewer.show([await Recording.load(replays[select.value].recording)]);
+  const show = async () =>
+    viewer.show(await Promise.all(replays[select.value].recordings.map((recording) => Recording.load(recording))));
   select.addEventListener("change", show);
   show();
 }
