@@ -13,7 +13,7 @@ from trust_env.training.learning.training_folder import SCENARIO, TrainingFolder
 
 
 def next_step(folders: Sequence[Path]) -> str:
-    """The lines that evaluate runs of one configuration on its scenario, against its defense, and make a page of them."""
+    """The lines that evaluate runs of one configuration on its scenario, against its defense, and make a page."""
     folder = TrainingFolder.open(folders[0])
     config = folder.configuration()
     if config.role == "benign":
