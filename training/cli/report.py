@@ -11,7 +11,7 @@ from trust_env.training.cli.options import Json, print_json
 
 
 def report(
-    runs: Annotated[Positional[tuple[Path, ...]], arg(help="folders of evaluate, exploit, curve and train")],
+    runs: Annotated[Positional[tuple[Path, ...]], arg(help="folders of evaluate, exploit, curve, rank and train")],
     out: Annotated[Path, arg(help="file to write")] = Path("report.html"),
     against: Annotated[str | None, arg(help="the defense to compare with; default: score, else the first")] = None,
     replays: Annotated[int, arg(help="cells whose worst, median and best episode the page plays, 12 at most")] = 4,

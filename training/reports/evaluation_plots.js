@@ -23,7 +23,8 @@ function heatmap(view, colours) {
           row.map(([mean, low, high], j) =>
             mean === null
               ? ""
-              : `${attacks[i]}<br>${defenses[j]}<br>${mean.toPrecision(4)} (${low.toPrecision(4)} to ${high.toPrecision(4)})`
+              : `${attacks[i]}<br>${defenses[j]}<br>${mean.toPrecision(4)}` +
+                (low === null ? "" : ` (${low.toPrecision(4)} to ${high.toPrecision(4)})`)
           )
         ),
         hovertemplate: "%{customdata}<extra></extra>",

@@ -21,6 +21,7 @@ from trust_env.training.pages.packing import compressed
 from trust_env.training.pages.page import as_script_data, render, save_page
 from trust_env.training.reports import other_runs
 from trust_env.training.reports.evaluation import Evaluation
+from trust_env.training.reports.ranking import ranking_files, ranking_section
 from trust_env.training.reports.replays import MOST_CELLS, Played, replays
 
 MOST_BYTES = 8_000_000  # of a page; replays for which there is no room are left out, and the page says so
@@ -36,7 +37,7 @@ def report(
     defenses: str | Iterable[Any] = (),
     progress: bool = True,
 ) -> dict[str, Any]:
-    """Write a page on the folders of `evaluate`, `exploit`, `curve` and `train`, and give what stands in it.
+    """Write a page on the folders of `evaluate`, `exploit`, `curve`, `rank` and `train`, and give what stands in it.
 
     against: the defense that all others are compared with (default: `score`, else the first). cells: of how many cells
     the worst, the median and the best episode are played in the page, those with the highest damage, 12 at most.
@@ -94,12 +95,14 @@ def _sections(folders: Sequence[Path]) -> Iterator[Evaluation | dict[str, Any]]:
             learned = sorted(each for each in folder.glob("learned/*") if _is_training(each))
             if learned:
                 yield other_runs.learning_section(learned)
+        elif ranking_files(folder):
+            yield from map(ranking_section, ranking_files(folder))
         elif (folder / other_runs.CURVE).is_file():
             yield other_runs.curve_section(folder)
         elif (folder / ROWS).is_file():
             yield Evaluation(folder)
         else:
-            expected = "expected the folder of a finished run of evaluate, exploit, curve or train"
+            expected = "expected the folder of a finished run of evaluate, exploit, curve, rank or train"
             raise ValueError(f"{folder}: {expected}")
 
 

@@ -197,7 +197,7 @@ def test_the_program_reports_and_refuses_what_is_no_run(cli, folder, tmp_path):
     assert code == 0, err
     assert json.loads(out)["bytes"] == (tmp_path / "r.html").stat().st_size
     code, _, err = cli("report", tmp_path, "--out", tmp_path / "r.html")
-    assert code == 2 and "expected the folder of a finished run of evaluate, exploit, curve or train" in err
+    assert code == 2 and "expected the folder of a finished run of evaluate, exploit, curve, rank or train" in err
     assert cli("report", folder / "run", "--replays", "13")[0] == 2
 
 
