@@ -1,15 +1,23 @@
 """The page of a report in a browser: its numbers, its controls, its pictures."""
 
+import base64
+import io
 import json
 
 import numpy as np
 import pytest
 from browsers import open_browser, open_page
+from paths import REFERENCE
 
 from trust_env import training
 
 pytestmark = pytest.mark.extra("browser")
 
+PICTURES = REFERENCE / "report_plots.png"
+PLOTS = (
+    "heatmap", "intervals", "differences", "distribution", "profile", "damage", "trust", "roc", "track_trust",
+    "agent_trust",
+)  # fmt: skip
 READY = "document.body.dataset.ready === 'true'"
 
 
@@ -178,6 +186,48 @@ def test_keys_move_the_replay_only_where_it_has_the_focus(page):
     page.click("[data-part=map]", position={"x": 5, "y": 5})
     page.keyboard.press("End")
     assert page.text_content("[data-part=number]").startswith("frame 20 of 20")
+
+
+DRAW = """async (element) => {
+    if (element.data[0].type === "heatmap") await Plotly.restyle(element, { texttemplate: "", showscale: false });
+    await Plotly.relayout(element, {
+        margin: { l: 20, r: 60, t: 10, b: 20 }, "xaxis.automargin": false, "yaxis.automargin": false,
+        "font.color": "rgba(0, 0, 0, 0)", paper_bgcolor: "white" });
+    return Plotly.toImage(element, { format: "png", width: 480, height: 240 });
+}"""
+
+
+def pictures_of(page):
+    """All plots below one another, each 120 x 60 pixels; without words and with fixed margins, as fonts differ from
+    machine to machine. uint8[60 * plots, 120, 3].
+    """
+    from PIL import Image
+
+    found = []
+    for name in PLOTS:
+        url = page.locator(f"[data-plot={name}]").evaluate(DRAW)
+        image = Image.open(io.BytesIO(base64.b64decode(url.split(",")[1]))).convert("RGB")
+        found.append(np.asarray(image.resize((120, 60), Image.Resampling.BOX)))
+    return np.concatenate(found)
+
+
+def differing(pictures):
+    """The plots that are not as in the pictures that were looked at."""
+    from PIL import Image
+
+    reference = np.asarray(Image.open(PICTURES).convert("RGB")).astype(int)
+    difference = np.abs(pictures.astype(int) - reference).reshape(len(PLOTS), -1, 3)
+    off = (difference.mean(axis=(1, 2)) > 0.4) | ((difference.max(axis=2) > 60).mean(axis=1) > 0.004)
+    return {name for name, differs in zip(PLOTS, off, strict=True) if differs}
+
+
+def test_plots_look_as_they_did(page):
+    assert differing(pictures_of(page)) == set()
+
+
+def test_pictures_show_when_a_line_is_missing(page):
+    page.uncheck("[data-part=lines] label:has-text('trust') input")
+    assert differing(pictures_of(page)) == set(PLOTS) - {"heatmap"}
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
