@@ -41,7 +41,8 @@ def new_scenario(name: Name, as_json: Json = False) -> None:
     schema = json.dumps(scenario_schema(), indent=2) + "\n"
     write_atomically(file.with_name(SCHEMA), lambda unfinished: unfinished.write_text(schema, encoding="utf-8"))
     play = f"{EVALUATE} --scenario {file} --attack honest,false_positive --defense score,trust --episodes 20"
-    _tell(file, [f"trust-env scenarios check {file}", play], as_json)
+    look = f"trust-env replay --scenario {file} --attack false_positive --defense trust --out {file.stem}.html"
+    _tell(file, [f"trust-env scenarios check {file}", play, look], as_json)
 
 
 def _write(template: str, placeholder: str, name: str) -> tuple[Path, str]:

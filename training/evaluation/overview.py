@@ -63,6 +63,8 @@ def print_overview(results: Results, console: Console, out: Path | None = None) 
             _say(console, "all of it as a page, with pictures and replays:")
             _print_code(console, shlex.join(["trust-env", "report", str(out), *_code(results.cells)]))
     _say(console, "more: --metric all, or the metrics of `trust-env metrics list` by name")
+    if out is None:
+        _say(console, "pictures: --out RUN keeps the results, and `trust-env report RUN` makes a page of them")
 
 
 def _print_replay(results: Results, console: Console, out: Path | None) -> None:
