@@ -173,6 +173,15 @@ def test_what_a_file_sets_without_effect_is_noted(yaml_file) -> None:
     assert scenario_notes(derived) == scenario_notes("case1") == []
 
 
+def test_a_heading_that_is_drawn_with_the_position_is_noted(yaml_file) -> None:
+    agents = "agents:\n  - {role: adversary, heading: 1.0}\n  - {role: benign, position: [0, 0], heading: 1.0}\n"
+    file = yaml_file(f"base: patrol\ndescription: Two.\n{agents}")
+    note = "my.yaml, line 4: agents[0].heading = 1.0: has no effect, as team.placement decides this"
+    assert scenario_notes(file) == [note]
+    together = yaml_file(f"base: patrol\ndescription: Two.\nteam: {{placement: together}}\n{agents}", "other.yaml")
+    assert scenario_notes(together) == []
+
+
 def test_slots_over_a_recording_are_noted(yaml_file, tmp_path, error_of) -> None:
     (tmp_path / "a.csv").write_text("t,id,x,y\n0,a,0,0\n1,a,1,0\n")
     file = yaml_file("horizon: 2\ntargets: {data: a.csv, slots: 5}\n")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from importlib import resources
 from pathlib import Path
@@ -9,10 +10,12 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
+from trust_env.files import write_atomically
 from trust_env.training.cli.options import Group, Json, print_json
 
 Name = Annotated[Positional[str], arg(help="my_thing, which is written to my_thing.py or my_thing.yaml")]
 EVALUATE = "trust-env evaluate"
+SCHEMA = "scenario.schema.json"  # the first line of the template names it
 
 
 def new_defense(name: Name, as_json: Json = False) -> None:
@@ -31,10 +34,15 @@ def new_attack(name: Name, as_json: Json = False) -> None:
 
 
 def new_scenario(name: Name, as_json: Json = False) -> None:
-    """Write a scenario that can be played, to be changed."""
+    """Write a scenario that can be played, to be changed, and beside it the JSON schema, for editors."""
+    from trust_env.scenario.json_schema import scenario_schema
+
     file, _ = _write("scenario.yaml", "my_scenario", name)
+    schema = json.dumps(scenario_schema(), indent=2) + "\n"
+    write_atomically(file.with_name(SCHEMA), lambda unfinished: unfinished.write_text(schema, encoding="utf-8"))
     play = f"{EVALUATE} --scenario {file} --attack honest,false_positive --defense score,trust --episodes 20"
-    _tell(file, [f"trust-env scenarios check {file}", play], as_json)
+    look = f"trust-env replay --scenario {file} --attack false_positive --defense trust --out {file.stem}.html"
+    _tell(file, [f"trust-env scenarios check {file}", play, look], as_json)
 
 
 def _write(template: str, placeholder: str, name: str) -> tuple[Path, str]:

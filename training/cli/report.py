@@ -11,16 +11,18 @@ from trust_env.training.cli.options import Json, print_json
 
 
 def report(
-    runs: Annotated[Positional[tuple[Path, ...]], arg(help="folders of evaluate, exploit, curve and train")],
+    runs: Annotated[Positional[tuple[Path, ...]], arg(help="folders of evaluate, exploit, curve, rank and train")],
     out: Annotated[Path, arg(help="file to write")] = Path("report.html"),
     against: Annotated[str | None, arg(help="the defense to compare with; default: score, else the first")] = None,
     replays: Annotated[int, arg(help="cells whose worst, median and best episode the page plays, 12 at most")] = 4,
+    attack: Annotated[str | None, arg(help="code of yours among the runs' attacks, to be played, with commas")] = None,
+    defense: Annotated[str | None, arg(help="code of yours among their defenses, to be played")] = None,
     as_json: Json = False,
 ) -> None:
     """Write a page on runs: damage, differences, courses, calibration, curves, replays; it works offline."""
     from trust_env.training.reports.report import report as write
 
-    found = write(runs, out, against, replays)
+    found = write(runs, out, against, replays, attack or (), defense or ())
     size = out.stat().st_size
     if as_json:
         names = [{"kind": section["kind"], "name": section["name"]} for section in found["sections"]]

@@ -97,6 +97,15 @@ def files_of(spec: Spec) -> Iterator[tuple[str, str | Path]]:
         yield from files_of(parse_policy(spec.params["inner"]))
 
 
+def is_code(kind: str, name: str) -> bool:
+    """Whether the name of an attack or a defense names code in a file, or an attack with such code in it."""
+    try:
+        spec = parse_policy(name) if kind == "attack" else parse(name)
+        return any(str(file).endswith(".py") for file, _ in files_of(spec))
+    except ValueError:
+        return False
+
+
 def digest(file: str | Path) -> str:
     """The first 16 digits of the SHA-256 of a file's content."""
     return hashlib.sha256(expanded(file).read_bytes()).hexdigest()[:16]

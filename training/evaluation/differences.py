@@ -45,11 +45,7 @@ def differences(results: Results, against: str) -> list[Difference]:
 
     The intervals hold for all rows at once (max-statistic bootstrap). ValueError: no such defense, or no other.
     """
-    attacks = list(dict.fromkeys(cell.attack for cell in results.cells))
-    try:
-        reference = results[attacks[0], against].defense
-    except ValueError:
-        raise unknown_name("defense of this evaluation", against, {c.defense for c in results.cells}) from None
+    reference = reference_name(results, against)
     cells = [cell for cell in results.cells if cell.defense != reference]
     if not cells:
         raise ValueError(f"there is no other defense than {against} to compare with it; expected two or more")
@@ -59,6 +55,14 @@ def differences(results: Results, against: str) -> list[Difference]:
         Difference(cell.attack, cell.defense, bound, float(np.mean(mine)), float(np.mean(its)))
         for cell, bound, (mine, its) in zip(cells, bounds, pairs, strict=True)
     ]
+
+
+def reference_name(results: Results, against: str) -> str:
+    """The full name of a defense. ValueError: no such defense."""
+    try:
+        return results[results.cells[0].attack, against].defense
+    except ValueError:
+        raise unknown_name("defense of this evaluation", against, {c.defense for c in results.cells}) from None
 
 
 def print_differences(results: Results, against: str, console: Console) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,6 +15,7 @@ from rich.text import Text
 
 from trust_env.training.console import format_number
 from trust_env.training.evaluation.cell import Cell
+from trust_env.training.evaluation.configuration import is_code
 from trust_env.training.evaluation.replay_code import worst_world
 from trust_env.training.evaluation.results import DAMAGE, Results
 from trust_env.training.evaluation.summary import Summary
@@ -58,7 +59,12 @@ def print_overview(results: Results, console: Console, out: Path | None = None) 
         _say(console, note)
     if results.cells:
         _print_replay(results, console, out)
+        if out is not None:
+            _say(console, "all of it as a page, with pictures and replays:")
+            _print_code(console, shlex.join(["trust-env", "report", str(out), *_code(results.cells)]))
     _say(console, "more: --metric all, or the metrics of `trust-env metrics list` by name")
+    if out is None:
+        _say(console, "pictures: --out RUN keeps the results, and `trust-env report RUN` makes a page of them")
 
 
 def _print_replay(results: Results, console: Console, out: Path | None) -> None:
@@ -67,12 +73,24 @@ def _print_replay(results: Results, console: Console, out: Path | None) -> None:
     world = worst_world(cell, DAMAGE)
     episode = (cell.attack, cell.defense, results.seed, world)
     if out is not None:
-        text = shlex.join(["trust-env", "replay", str(out), "--row", str(at * results.episodes + world)])
+        row = str(at * results.episodes + world)
+        text = shlex.join(["trust-env", "replay", str(out), "--row", row, *_code([cell])])
     elif results.setting.source is not None:
         text = results.setting.replay_command(*episode)
     else:
         text = results.setting.replay_code(*episode)
     _say(console, "the worst episode, to look at:")
+    _print_code(console, text)
+
+
+def _code(cells: Iterable[Cell]) -> Iterator[str]:
+    """The options that say which of the user's own code is to be played, as no name in a folder makes it run."""
+    for kind in ("attack", "defense"):
+        names = [name for name in dict.fromkeys(getattr(cell, kind) for cell in cells) if is_code(kind, name)]
+        yield from [f"--{kind}", ",".join(names)] if names else []
+
+
+def _print_code(console: Console, text: str) -> None:
     for line in text.splitlines():
         console.print(Text(f"  {line}", style="dim"), soft_wrap=True)
 
@@ -82,7 +100,7 @@ def _say(console: Console, text: str) -> None:
 
 
 def overview_table(results: Results, width: int) -> Table:
-    """A row for every cell; names that are too long for a screen are broken, at their bracket if that will do."""
+    """A row for every cell; names that are too long for a screen are broken, at their parts if that will do."""
     gap = _GAP if width >= _WIDE else 1
     room = width - gap - sum(column.width + gap for column in COLUMNS.values())
     whole = [max(map(len, names)) for names in _names(results)]
@@ -105,9 +123,9 @@ def overview_table(results: Results, width: int) -> Table:
 
 
 def _broken(name: str) -> str:
-    """A name with its parameters on a line of their own."""
+    """A name with its class and its parameters on lines of their own."""
     before, bracket, after = name.partition("(")
-    return f"{before}\n{bracket}{after}" if bracket else name
+    return before.replace(".py:", ".py:\n") + (f"\n{bracket}{after}" if bracket else "")
 
 
 def _names(results: Results) -> Iterator[list[str]]:

@@ -32,7 +32,11 @@ def draw_curve(folders: Sequence[Path], file: Path) -> bool:
         mean = np.mean([damage for _, damage in curves], axis=0)
         axis.plot(curves[0][0], mean, color="#b03a2e", lw=2, label=f"mean of {len(curves)} runs")
         axis.legend()
-    axis.set(xlabel="steps of all learners", ylabel="damage per frame, held-out worlds", ylim=(0.0, None))
+    axis.set(
+        xlabel="steps of all learners", ylabel="damage per frame, held-out worlds", ylim=(0.0, None), xlim=(0.0, None)
+    )
+    axis.spines[["top", "right"]].set_visible(False)  # the names stand there
+    axis.margins(x=0.0)
     axis.grid(color="#e5e7eb")
     write_atomically(file, lambda path: figure.savefig(path, dpi=120, format="png"))
     return True

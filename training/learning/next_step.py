@@ -1,4 +1,6 @@
-"""What to do with trained policies: the command that plays them on what they were trained on."""
+"""What to do with trained policies: the commands that play them on what they were trained on, and that show how they
+learned.
+"""
 
 from __future__ import annotations
 
@@ -11,14 +13,15 @@ from trust_env.training.learning.training_folder import SCENARIO, TrainingFolder
 
 
 def next_step(folders: Sequence[Path]) -> str:
-    """The line that evaluates runs of one configuration on its scenario, against its defense."""
+    """The lines that evaluate runs of one configuration on its scenario, against its defense, and make a page."""
     folder = TrainingFolder.open(folders[0])
     config = folder.configuration()
     if config.role == "benign":
         return f"to play it: trust_env.agents.Player(env, {{'benign': {str(folder.path)!r}}})"
     attacks = ",".join([*map(str, folders), "false_positive"])
     words = ["trust-env", "evaluate", "--scenario", _scenario(folder), "--defense", config.defense, "--attack", attacks]
-    return f"to compare: {shlex.join(words)}"
+    page = shlex.join(["trust-env", "report", *map(str, folders)])
+    return f"to compare: {shlex.join(words)}\nas a page: {page}"
 
 
 def _scenario(folder: TrainingFolder) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,8 @@ _FOLDER = Path(__file__).parents[1]  # of templates, styles and scripts, which l
 
 
 def render(template: str, **values: Any) -> str:
-    """The text of a template, as "replays/page.html.j2"; whatever it shows is escaped.
+    """The text of a template, as "replays/page.html.j2"; whatever it shows is escaped, and a name that is `breakable`
+    goes on in another line between its parts.
 
     A template can ask for `file("replays/map.js")`, another file as it is, and for `data(value)`, plain values as JSON.
     """
@@ -22,8 +24,15 @@ def render(template: str, **values: Any) -> str:
     loader = FileSystemLoader(_FOLDER)
     templates = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     templates.globals["file"] = lambda name: Markup((_FOLDER / name).read_text("utf-8"))
+    templates.filters["breakable"] = _breakable
     templates.globals["data"] = lambda value: Markup(as_script_data(value))
     return templates.get_template(template).render(values)
+
+
+def _breakable(name: str) -> Any:
+    from markupsafe import Markup, escape
+
+    return Markup(re.sub(r"([_=/:])", r"\1<wbr>", str(escape(name)).replace("(", "<wbr>(")))
 
 
 def as_script_data(value: Any) -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from trust_env.training.paper.coinciding import HINT, draw_lines
 from trust_env.training.paper.panel_figure import AGENT_COLOURS, panel_title, track_styles
 from trust_env.training.paper.published import N_AGENTS, Panel, PanelKey
 
@@ -24,7 +25,10 @@ def beta_figure(published: Mapping[PanelKey, Panel], ours: Mapping[PanelKey, Pan
 
     figure = Figure(figsize=(13.0, 6.6), layout="constrained")
     axes = figure.subplots(2, len(published), sharex=True, sharey=True, squeeze=False)
-    figure.suptitle(f"Beta densities of trust after 20 frames: lines ours (preset {preset}), dotted published")
+    figure.suptitle(
+        f"Beta densities of trust after 20 frames: lines ours (preset {preset}), dotted published", fontweight="bold"
+    )
+    figure.supxlabel(HINT, fontsize=8, color="#7c8695")
     for column, key in enumerate(published):
         axes[0, column].set_title(panel_title(key))
         labels, colours = track_styles(key[0])
@@ -44,9 +48,12 @@ def _draw_densities(
     axis: Axes, published: np.ndarray, ours: np.ndarray, labels: Sequence[str], colours: Sequence[str]
 ) -> None:
     """Densities of beliefs [n, 2] (α, β)."""
-    for theirs, own, label, colour in zip(published, ours, labels, colours, strict=True):
-        axis.plot(_TRUST, beta_density(*own), "-", lw=1.4, color=colour, label=label, alpha=0.9)
-        axis.plot(_TRUST, beta_density(*theirs), ":", lw=1.6, color=colour)
+    from matplotlib.colors import to_rgb
+
+    draw_lines(axis, _TRUST, np.array([beta_density(*own) for own in ours]), labels, colours, _MOST)
+    for theirs, colour in zip(published, colours, strict=True):
+        darker = [0.45 * part for part in to_rgb(colour)]  # so that it shows on our line
+        axis.plot(_TRUST, beta_density(*theirs), ls=(0, (1, 3)), lw=1.4, color=darker)
 
 
 def beta_density(alpha: float, beta: float) -> np.ndarray:

@@ -21,7 +21,7 @@ def layout_figure() -> Figure:
     from matplotlib.figure import Figure
 
     cases = [*CASES, *(case + SUPPRESSED for case in CASES)]
-    figure = Figure(figsize=(14.0, 4.4), layout="constrained")
+    figure = Figure(figsize=(14.0, 3.7), layout="constrained")
     axes = figure.subplots(1, len(cases), sharex=True, sharey=True)
     figure.suptitle("The cases: agents, their fields of view, targets, false positives, hidden targets")
     for axis, case in zip(axes, cases, strict=True):
@@ -44,7 +44,8 @@ def _draw_case(axis: Axes, case: str) -> None:
         axis.add_patch(Circle((x, y), scenario.fov.radius, fc=colour, ec=colour, alpha=0.09))
         axis.plot(x, y, "^", ms=9, color=colour)
         name = f"agent {k}" + (", adversary" if agent.role == "adversary" else "")
-        axis.annotate(name, (x, y), xytext=(0, -13), textcoords="offset points", ha="center", fontsize=7)
+        above = 8 if y > 0 else -13
+        axis.annotate(name, (x, y), xytext=(0, above), textcoords="offset points", ha="center", fontsize=7)
     for obj in objects(case):
         _draw_object(axis, obj)
     axis.autoscale_view()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from trust_env.training.paper.coinciding import HINT, draw_lines, turns
 from trust_env.training.paper.published import Panel, PanelKey, objects
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ def panel_figure(published: Mapping[PanelKey, Panel], ours: Mapping[PanelKey, Pa
     figure = Figure(figsize=(13.0, 6.6), layout="constrained")
     axes = figure.subplots(2, len(published), sharex=True, sharey=True, squeeze=False)
     figure.suptitle(f"Trust in the two case studies: lines ours (preset {preset}), dots published", fontweight="bold")
+    figure.supxlabel(HINT, fontsize=8, color=_GREY)
     for column, key in enumerate(published):
         axes[0, column].set_title(panel_title(key))
         labels, colours = track_styles(key[0])
@@ -60,6 +62,7 @@ def _draw_curves(
 ) -> None:
     """Curves [n, T]. The authors count frames from 0 and have no tracks in it, we count from 1."""
     axis.axhline(0.5, color=_GREY, lw=0.8, ls=(0, (2, 3)))
-    for row, (label, colour) in enumerate(zip(labels, colours, strict=True)):
-        axis.plot(np.arange(1, ours.shape[1] + 1), ours[row], "-", lw=1.4, color=colour, label=label, alpha=0.9)
-        axis.plot(np.arange(published.shape[1]), published[row], "o", ms=2.6, color=colour, mec="none")
+    draw_lines(axis, np.arange(1, ours.shape[1] + 1), ours, labels, colours, height=1.0)
+    frames = np.arange(published.shape[1])
+    for row, turn, colour in zip(published, turns(published, height=1.0), colours, strict=True):
+        axis.plot(frames, row, "o", ms=3.2, color=colour, mec="none", markevery=turn.dots)

@@ -9,7 +9,7 @@ import numpy as np
 
 from trust_env import theory
 from trust_env.training.paper.theorem import N_ADVERSARIES, N_BENIGN, TheoremRow
-from trust_env.training.paper.theorem_figure import NEVER
+from trust_env.training.paper.theorem_figure import ETA, NEVER
 from trust_env.training.paper.theory_claims import DRAWN_WITH, FIGURE
 
 if TYPE_CHECKING:
@@ -20,12 +20,15 @@ def surface_figure(rows: Sequence[TheoremRow]) -> Figure:
     """Left T_min as published, right T_min here, and what the simulation needs with the adversaries first."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(11.0, 5.2), layout="constrained")
+    figure = Figure(figsize=(11.0, 5.5), layout="constrained")
     figure.suptitle("Theorem 1: frames until a false positive is confirmed", fontweight="bold")
+    figure.supxlabel(ETA, fontsize=8, color="#4b5563")
     simulated = {(row.n_adversaries, row.n_benign): row.simulated for row in rows if row.order == "first"}
     titles = r"as published: $\eta = 3$, $\alpha = 10^{-4}$", r"here: $\eta = 2$, $\alpha = 10^{-4}$"
     _draw_surface(figure.add_subplot(1, 2, 1, projection="3d"), titles[0], DRAWN_WITH, FIGURE, "in the paper's figure")
-    _draw_surface(figure.add_subplot(1, 2, 2, projection="3d"), titles[1], {}, simulated, "simulated")
+    _draw_surface(
+        figure.add_subplot(1, 2, 2, projection="3d"), titles[1], {}, simulated, "simulated, adversaries first"
+    )
     return figure
 
 

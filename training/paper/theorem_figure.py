@@ -15,6 +15,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 NEVER = 21.0  # where the figure draws what never happens
+ETA = (
+    r"$\eta$: dimension of a measurement; a hit adds at most $\ln(P_D / ((2\pi)^{\eta/2} \beta_{FP} \sqrt{\det R}))$ "
+    "to the score, so that a higher one takes more frames.\n"
+    r"The paper's numbers are those of $\eta = 3$; the positions that our agents report are planar, $\eta = 2$."
+)
 _COLOURS = {1: "#b03a2e", 2: "#ca8a04", 3: "#2563af"}  # by number of adversaries
 _GREY = "#7c8695"
 
@@ -23,9 +28,10 @@ def theorem_figure(rows: Sequence[TheoremRow]) -> Figure:
     """Left as published, right our numbers: the theorem, its corrected bound, and what the simulation needs."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(10.0, 4.4), layout="constrained")
+    figure = Figure(figsize=(10.0, 4.8), layout="constrained")
     axes = figure.subplots(1, 2, sharey=True)
     figure.suptitle("Theorem 1: frames until a false positive is confirmed", fontweight="bold")
+    figure.supxlabel(ETA, fontsize=8, color="#4b5563")
     _draw_published_theorem(axes[0])
     _draw_simulated_theorem(axes[1], rows)
     for axis in axes:

@@ -14,7 +14,7 @@ from trust_env.metrics import METRICS
 from trust_env.parallel import TrustEnv
 from trust_env.scenario import Scenario, load_scenario
 from trust_env.spec import parse
-from trust_env.training.evaluation.configuration import digest, files_of
+from trust_env.training.evaluation.configuration import digest, files_of, is_code, named_specs
 from trust_env.training.evaluation.run_folder import ROWS, read_run
 
 
@@ -94,19 +94,18 @@ class Run:
         """What plays: by its name, or as given where the name alone does not give it."""
         if given is not None and not isinstance(given, str):
             return given
+        build = build_policy if kind == "attack" else build_defense
+        if given is not None and (other := named_specs(kind, [given], build)[0].name) != name:
+            raise ValueError(f"{kind} = {other}: the row says {name}; expected that, or none")
         try:
             spec = parse_policy(name) if kind == "attack" else parse(name)
-            files = dict(files_of(spec))
-            if not _names_code(files):
-                (build_policy if kind == "attack" else build_defense)(name)
+            files, code = dict(files_of(spec)), is_code(kind, name)
+            if not code:
+                build(name)
         except ValueError as fault:
             raise ValueError(f"{kind} {name}: expected it as an object, as its name gives none: {fault}") from None
-        if _names_code(files) and given is None:
+        if code and given is None:
             expected = f"expected --{kind} '{name}' too"
             raise ValueError(f"{kind} {name}: code of yours, which a run does not start; {expected}")
         self._require_unchanged(files)
         return name
-
-
-def _names_code(files: Mapping[str, Any]) -> bool:
-    return any(str(file).endswith(".py") for file in files.values())

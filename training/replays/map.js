@@ -17,7 +17,7 @@ class Camera {
   }
 }
 
-// view: colours, layers {fovs, detections, labels}, chosen {agent} or {track} or null.
+// view: colours, layers {fovs, detections, trails, tracks, labels}, chosen {agent} or {track} or null.
 function drawMap(context, size, extent, recording, t, view) {
   const camera = new Camera(extent, size),
     { colours, layers } = view;
@@ -26,7 +26,8 @@ function drawMap(context, size, extent, recording, t, view) {
   drawGrid(context, size, camera, colours);
   if (layers.fovs)
     recording.agents.forEach((agent, k) => drawFov(context, camera, agent, view, view.chosen?.agent === k, recording.count));
-  if (layers.trails) drawTrails(context, camera, recording, t, colours);
+  if (layers.trails) drawTargetTrails(context, camera, recording, t, colours);
+  if (layers.tracks) drawTrackTrails(context, camera, recording, t, colours);
   for (const row of recording.rows("track", t)) drawEllipse(context, camera, recording, row, view);
   if (layers.detections) drawDetections(context, camera, recording, t, view);
   for (const row of recording.rows("target", t)) {
@@ -79,23 +80,33 @@ function drawFov(context, camera, agent, { colours }, isChosen, count) {
   context.globalAlpha = 1;
 }
 
+const TRAIL = 15, // frames
+  LEAP = 0.1; // of the extent: nothing moves as far in a frame, so that something else has taken the place
+
 // Where the targets were in the last frames. A slot that a new target has taken begins a new trail.
-function drawTrails(context, camera, recording, t, colours) {
+function drawTargetTrails(context, camera, recording, t, colours) {
+  drawTrails(context, camera, recording, t, "target", () => colours["in-picture"]);
+}
+
+// Where the tracks were, in the colours of what they were then.
+function drawTrackTrails(context, camera, recording, t, colours) {
+  const colourOf = (row) => trackColour(recording.track_kind[row], recording.track_false[row], colours);
+  drawTrails(context, camera, recording, t, "track", colourOf);
+}
+
+function drawTrails(context, camera, recording, t, kind, colourOf) {
   const last = new Map(),
-    [xMin, xMax] = recording.extent;
-  context.beginPath();
-  for (let s = Math.max(0, t - 15); s <= t; s++) {
-    for (const row of recording.rows("target", s)) {
-      const at = camera.pixelsOf(recording.target_at, row),
-        before = last.get(recording.target[row]);
-      const goesOn =
-        before?.s === s - 1 &&
-        Math.hypot(at[0] - before.at[0], at[1] - before.at[1]) < 0.1 * (xMax - xMin) * camera.scale;
-      if (goesOn) (context.moveTo(...before.at), context.lineTo(...at));
-      last.set(recording.target[row], { s, at });
+    [xMin, xMax] = recording.extent,
+    leap = LEAP * (xMax - xMin) * camera.scale;
+  for (let s = Math.max(0, t - TRAIL); s <= t; s++) {
+    for (const row of recording.rows(kind, s)) {
+      const at = camera.pixelsOf(recording[`${kind}_at`], row),
+        before = last.get(recording[kind][row]);
+      if (before?.s === s - 1 && Math.hypot(at[0] - before.at[0], at[1] - before.at[1]) < leap)
+        polygon(context, [before.at, at], { stroke: colourOf(row), width: 1.5, closed: false });
+      last.set(recording[kind][row], { s, at });
     }
   }
-  paint(context, null, colours["in-picture"], 1.5);
 }
 
 function drawDetections(context, camera, recording, t, { colours, chosen, detectionColours }) {

@@ -83,6 +83,7 @@ class EvaluationView {
     this.plot("intervals", intervalPlot(rows, "damage per frame", true));
     this.plot("differences", intervalPlot(differences(this, lines), "difference of damage", false));
     this.plot("distribution", () => distribution(this, lines));
+    this.plot("profile", () => profile(this, lines));
     this.plot("damage", () => damageCourse(this, lines));
     this.plot("trust", () => trustCourse(this, lines));
     this.plot("roc", (colours) => roc(this, lines, colours));

@@ -14,9 +14,10 @@ from trust_env.metrics.agent_record import N_SCORES
 from trust_env.metrics.course_record import COURSES
 from trust_env.training.console import format_number
 from trust_env.training.evaluation.details import STATISTICS, Details
-from trust_env.training.evaluation.differences import differences
+from trust_env.training.evaluation.differences import Difference, differences, reference_name
 from trust_env.training.evaluation.results import DAMAGE, REFERENCES, Results, cells_of
 from trust_env.training.evaluation.run_folder import SUMMARY, read_details, read_run
+from trust_env.training.evaluation.statistics import mean_intervals
 from trust_env.training.pages.packing import pack
 
 COLUMNS = {  # metric, and what of its summary, by heading
@@ -97,14 +98,32 @@ class Evaluation:
             found.append({"defense": defense, "mean": mean, "attack": worst, "worst": means[worst]})
         return sorted(found, key=lambda row: row["worst"])
 
-    def _compared(self, against: str | None) -> dict[str, Any] | None:
-        """Differences from a defense; None where there is no other."""
+    def reference(self, against: str | None) -> str | None:
+        """The name of the defense that all others are compared with; None where there is no other.
+
+        ValueError: there is none of that name.
+        """
         defenses = list(dict.fromkeys(cell.defense for cell in self.results.cells))
         if len(defenses) < 2:
             return None
-        known = next((d for d in defenses if d.partition("(")[0] == "score"), defenses[0])
-        chosen = known if against is None else against
-        return {"against": chosen, "rows": [row.to_dict() for row in differences(self.results, chosen)]}
+        if against is None:
+            return next((d for d in defenses if d.partition("(")[0] == "score"), defenses[0])
+        return reference_name(self.results, against)
+
+    def _compared(self, against: str | None) -> dict[str, Any] | None:
+        """Differences from a defense; None where there is no other."""
+        chosen = self.reference(against)
+        if chosen is None:
+            return None
+        rows = [(row, self._less(row, chosen)) for row in differences(self.results, chosen)]
+        shares = mean_intervals({str(number): less for number, (_, less) in enumerate(rows)})
+        found = [row.to_dict() | {"less": shares[str(n)][0]._asdict()} for n, (row, _) in enumerate(rows)]
+        return {"against": chosen, "rows": found}
+
+    def _less(self, row: Difference, against: str) -> np.ndarray:
+        """Whether an episode has less damage than under the defense compared with: 1, 0, or 1/2 for as much."""
+        mine, other = (self.results[row.attack, defense].metrics[DAMAGE] for defense in (row.defense, against))
+        return (mine < other) + 0.5 * (mine == other)
 
     def _arrays(self) -> dict[str, np.ndarray]:
         """Damage of every cell and episode; and of every cell and frame mean, 10 % and 90 % quantile of `COURSES`."""

@@ -23,7 +23,8 @@ function heatmap(view, colours) {
           row.map(([mean, low, high], j) =>
             mean === null
               ? ""
-              : `${attacks[i]}<br>${defenses[j]}<br>${mean.toPrecision(4)} (${low.toPrecision(4)} to ${high.toPrecision(4)})`
+              : `${attacks[i]}<br>${defenses[j]}<br>${mean.toPrecision(4)}` +
+                (low === null ? "" : ` (${low.toPrecision(4)} to ${high.toPrecision(4)})`)
           )
         ),
         hovertemplate: "%{customdata}<extra></extra>",
@@ -88,6 +89,55 @@ function distribution(view, lines) {
   };
 }
 
+// For rising damages the share of the episodes that have more, as performance profiles show the scores of runs.
+function profile(view, lines) {
+  const n = view.section.episodes;
+  const sorted = lines.map((line) => view.arrays.damage.slice(line.cell * n, (line.cell + 1) * n).sort());
+  const most = Math.max(1e-9, ...sorted.map((damage) => damage[n - 1])),
+    at = Array.from({ length: 201 }, (_, i) => (i / 200) * most);
+  const above = sorted.map((damage) => at.map((x) => damage.filter((value) => value > x).length));
+  const bands = lines.length > 5 ? [] : lines.map((line, i) => band(line, at, above[i].map((k) => wilson(k, n))));
+  const curves = lines.map((line, i) => ({
+    ...curve(
+      line,
+      at,
+      above[i].map((k) => k / n)
+    ),
+    line: { color: line.colour, dash: line.dash, width: 2, shape: "hv" },
+    hovertemplate: `${line.name}<br>more than %{x:.3g} in %{y:.0%} of the episodes<extra></extra>`
+  }));
+  return {
+    traces: [...bands, ...curves],
+    layout: {
+      xaxis: { title: "damage per frame" },
+      yaxis: { title: "share of episodes", range: [0, 1.02], tickformat: ".0%" }
+    }
+  };
+}
+
+// Wilson's 95 % interval of the share k / n.
+function wilson(k, n) {
+  const z = 1.959964,
+    share = k / n,
+    middle = share + (z * z) / (2 * n),
+    half = z * Math.sqrt((share * (1 - share)) / n + (z * z) / (4 * n * n));
+  return [middle - half, middle + half].map((bound) => Math.min(1, Math.max(0, bound / (1 + (z * z) / n))));
+}
+
+// What lies between the bounds [[low, high], ...] at x.
+function band(line, x, bounds) {
+  return {
+    type: "scatter",
+    mode: "lines",
+    line: { width: 0 },
+    fill: "toself",
+    fillcolor: withAlpha(line.colour, 0.1),
+    hoverinfo: "skip",
+    x: [...x, ...[...x].reverse()],
+    y: [...bounds.map(([, high]) => high), ...bounds.map(([low]) => low).reverse()]
+  };
+}
+
 function course(view, line, name) {
   const { horizon } = view.section,
     values = view.arrays[name].slice(line.cell * horizon, (line.cell + 1) * horizon);
@@ -99,16 +149,14 @@ function damageCourse(view, lines) {
   const bands =
     lines.length > 5
       ? []
-      : lines.map((line) => ({
-          type: "scatter",
-          mode: "lines",
-          line: { width: 0 },
-          fill: "toself",
-          fillcolor: withAlpha(line.colour, 0.1),
-          hoverinfo: "skip",
-          x: [...frames, ...[...frames].reverse()],
-          y: [...course(view, line, "damage_q90"), ...course(view, line, "damage_q10").reverse()]
-        }));
+      : lines.map((line) => {
+          const low = course(view, line, "damage_q10");
+          return band(
+            line,
+            frames,
+            course(view, line, "damage_q90").map((high, t) => [low[t], high])
+          );
+        });
   const means = lines.map((line) => curve(line, frames, course(view, line, "damage_mean")));
   return {
     traces: [...bands, ...means],

@@ -5,11 +5,12 @@ async function main() {
   const replays = read("recordings");
   if (replays.length) showReplays(replays);
   await loadPlotly();
-  const sections = read("sections");
+  const sections = read("sections"),
+    others = { curve: showCurve, learning: showLearning, exploitation: showExploitation, ranking: showRanking };
   for (const root of document.querySelectorAll(".run")) {
     const section = sections[root.dataset.section];
     if (section.kind === "evaluation") new EvaluationView(root, section, await unpack(section.packed));
-    else ({ curve: showCurve, learning: showLearning, exploitation: showExploitation })[section.kind](root, section);
+    else others[section.kind](root, section);
   }
   document.body.dataset.ready = "true";
 }
@@ -24,7 +25,8 @@ async function loadPlotly() {
 function showReplays(replays) {
   const viewer = new Viewer(document.getElementById("viewer")),
     select = document.getElementById("episode");
-  const show = async () => viewer.show([await Recording.load(replays[select.value].recording)]);
+  const show = async () =>
+    viewer.show(await Promise.all(replays[select.value].recordings.map((recording) => Recording.load(recording))));
   select.addEventListener("change", show);
   show();
 }

@@ -95,7 +95,8 @@ function intervalPlot(rows, axisTitle, zero) {
         tickvals: rows.map((_, i) => i),
         ticktext: rows.map((row) => shorten(row.name, 26)),
         range: [rows.length - 0.4, -0.6],
-        showgrid: false
+        showgrid: false,
+        zeroline: false
       }
     }
   });

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from trust_env.scenario.errors import OVERRIDE, Location, Problem, dotted
 from trust_env.scenario.layers import Layer, value_at
@@ -16,6 +16,9 @@ _DECIDED_BY: tuple[tuple[Location, Location], ...] = (
     (("targets", "slots"), ("targets", "data")),
     (("targets", "velocities"), ("targets", "data")),
 )
+
+_PLACEMENT: Location = ("team", "placement")
+_DRAWN = ("random", "overlapping")  # placements that draw the heading of an agent with its position
 
 
 def reject_ineffective_overrides(layer: Layer) -> None:
@@ -45,3 +48,8 @@ def _ineffective(layer: Layer) -> Iterator[tuple[Location, Location, object]]:
         value = value_at(layer.fields, location)
         if value is not None and value_at(layer.fields, decisive) is not None:
             yield location, decisive, value
+    agents = layer.fields.get("agents")
+    if value_at(layer.fields, _PLACEMENT) in _DRAWN and isinstance(agents, list):
+        for k, entry in enumerate(agents):
+            if isinstance(entry, Mapping) and entry.get("heading") and entry.get("position") is None:
+                yield ("agents", k, "heading"), _PLACEMENT, entry["heading"]

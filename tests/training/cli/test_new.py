@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
 
 import pytest
+from documents import DOCUMENTS
+from language_server import MODELINE
 
 import trust_env
 from trust_env.agents import Player
+from trust_env.scenario.json_schema import scenario_schema
 
 SHORT = ("--max-cycles", "25", "--episodes", "3")
 
@@ -67,6 +71,22 @@ def test_the_new_scenario_has_its_name(cli, folder):
     cli("new", "scenario", "sub/harbour")
     scenario = trust_env.load_scenario(folder / "sub" / "harbour.yaml")
     assert (scenario.name, scenario.roles[0], len(scenario.roles)) == ("harbour", "adversary", 4)
+
+
+def test_a_new_scenario_names_the_schema_that_is_written_beside_it(cli, folder):
+    assert cli("new", "scenario", "sub/mine")[0] == 0
+    text = (folder / "sub" / "mine.yaml").read_text()
+    assert text.startswith("#")  # the server reads the line wherever it stands, people look at the top
+    (named,) = MODELINE.findall(text)
+    assert json.loads((folder / "sub" / named).read_text()) == scenario_schema()
+    assert trust_env.load_scenario(folder / "sub" / "mine.yaml").name == "mine"
+
+
+def test_the_documentation_names_the_file_that_its_command_writes():
+    (page,) = [each for each in DOCUMENTS if each.name == "scenario.md"]
+    spans = re.findall(r"`([^`\n]+)`", page.read_text("utf-8"))
+    (written,) = [span.split(" > ")[1] for span in spans if span.startswith("trust-env scenarios schema > ")]
+    assert [named for span in spans for named in MODELINE.findall(span)] == [written]
 
 
 def test_nothing_is_overwritten_and_names_are_names(cli, folder):

@@ -83,6 +83,23 @@ def test_a_row_of_a_folder_is_named_by_its_number(cli, tmp_path):
     assert code == 0 and "as in its row" in out, err
 
 
+def test_commands_on_a_folder_name_the_code_that_they_play(cli, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    cli("new", "defense", "mine")
+    options = ("--scenario", "trio", "--max-cycles", "20", "--episodes", "3", "--out", "run")
+    _, out, _ = cli("evaluate", "--attack", "false_positive", "--defense", "mine.py:Mine(window=2),score", *options)
+    lines = [line for line in out.splitlines() if line.startswith("  trust-env ")]
+    assert lines[1] == "  trust-env report run --defense 'mine.py:Mine(window=2)'"
+    code, out, err = cli("replay", "run", "--row", "0", "--defense", "mine.py:Mine(window=2)")
+    assert code == 0 and "as in its row" in out, err
+    assert cli("replay", "run", "--row", "0")[0] == cli("replay", "run", "--row", "0", "--defense", "score")[0] == 2
+    code, out, err = cli(*shlex.split(lines[1])[1:])
+    assert code == 0 and "6 replays" in out and "not replayed" not in out, err
+    code, out, err = cli("report", "run")
+    assert code == 0 and out.count("expected --defense 'mine.py:Mine(window=2)' too") == 2, err
+    assert "not replayed: beside false_positive x score: " in out and "3 replays" in out
+
+
 def test_a_knowledge_level_that_an_attack_needs_stands_in_the_code_and_in_the_results():
     options = {"episodes": 1, "max_cycles": 2, "progress": False}
     found = training.evaluate("patrol", "fov_aware", "score", **options)

@@ -35,6 +35,9 @@ def test_the_command_that_a_run_prints_evaluates_it_on_its_scenario_against_its_
     code, out, err = cli(*command, "--episodes", "2")
     assert code == 0, err
     assert "trio, seed 0" in out and "run" in out
+    page = re.findall(r"^as a page: trust-env (.*)$", found.describe(), flags=re.MULTILINE)[0]
+    code, out, err = cli(*shlex.split(page), "--out", tmp_path / "page.html")
+    assert code == 0 and "page.html: " in out, err
 
 
 def test_a_scenario_that_has_no_name_is_played_from_the_runs_folder(tmp_path):

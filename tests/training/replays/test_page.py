@@ -165,6 +165,21 @@ def test_injections_stand_on_the_map_where_they_were_reported(page, played):
     assert not np.array_equal(map_of(page), image)
 
 
+def test_trails_of_tracks_lead_to_where_they_are(page, played):
+    page.fill("[data-part=frame]", "25")
+    page.uncheck("[data-layer=labels]")
+    without = map_of(page)
+    page.check("[data-layer=tracks]")
+    changed = (map_of(page) != without).any(axis=2)
+    tracks = {t.id: t.position for t in played[0].scenes[24].tracks}
+    before = {t.id: t.position for t in played[0].scenes[20].tracks}
+    leading = [(before[i], tracks[i]) for i in tracks if i in before and np.hypot(*(tracks[i] - before[i])) > 15.0]
+    assert leading
+    for start, _ in leading:
+        x, y = (round(number) for number in pixel_of(played[0], without.shape[1], start))
+        assert changed[y - 4 : y + 5, x - 4 : x + 5].any()
+
+
 def test_the_map_looks_as_it_did(page):
     """Against a picture that was looked at; labels are left out, as their fonts differ from machine to machine."""
     from PIL import Image

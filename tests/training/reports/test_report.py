@@ -82,10 +82,22 @@ def test_the_worst_the_median_and_the_best_episode_of_the_highest_cell_are_playe
     judged = {key: values for key, values in by_cell.items() if key[1] != "oracle"}
     attack, defense = max(judged, key=lambda key: np.mean(judged[key]))
     values = sorted(judged[attack, defense])
-    played = [replay["recording"] for replay in found["replays"]]
+    played = [replay["recordings"][0] for replay in found["replays"]]
     assert {(each["attack"], each["defense"]) for each in played} == {(attack, defense)}
     assert [each["metrics"]["damage_per_frame"] for each in played] == [values[4], values[2], values[0]]
     assert [replay["label"].split(", ")[1].split(":")[0] for replay in found["replays"]] == ["worst", "median", "best"]
+
+
+def test_beside_an_episode_stands_the_same_one_under_the_defense_compared_with(folder, found, tmp_path):
+    rows = pq.read_table(folder / "run" / "results.parquet").to_pylist()
+    damage = {(row["attack"], row["defense"], row["world"]): row["damage_per_frame"] for row in rows}
+    against_trust = training.report(folder / "run", tmp_path / "a.html", "trust", 1, progress=False)
+    for against, report in (("score", found), ("trust(preset=paper)", against_trust)):
+        for own, other in (replay["recordings"] for replay in report["replays"]):
+            assert own["world"] == other["world"] and own["attack"] == other["attack"]
+            expected = against if own["defense"] != against else {"score": "trust(preset=paper)"}.get(against, "score")
+            assert other["defense"] == expected
+            assert other["metrics"]["damage_per_frame"] == damage[other["attack"], expected, other["world"]]
 
 
 def test_a_curve_has_a_line_for_every_defense_and_training_runs_stand_together(folder, found):
@@ -128,7 +140,8 @@ def test_replays_for_which_there_is_no_room_are_named(folder, tmp_path, monkeypa
     assert without["replays"] == [] and without["left_out"] == []
     monkeypatch.setattr(report_module, "MOST_BYTES", (tmp_path / "a.html").stat().st_size + 50_000)
     found = training.report(folder / "run", tmp_path / "b.html", cells=2, progress=False)
-    assert len(found["replays"]) + len(found["left_out"]) == 6
+    shown = [len(replay["recordings"]) for replay in found["replays"]]
+    assert sum(shown) + len(found["left_out"]) == 12 and max(shown, default=1) == 1
     assert found["left_out"] and all("no room in" in text for text in found["left_out"])
     assert (tmp_path / "b.html").stat().st_size <= report_module.MOST_BYTES + 2_000  # the list of what is left out
 
@@ -143,8 +156,12 @@ def test_what_cannot_be_replayed_is_said_and_the_rest_shown(folder, tmp_path):
             return Verdict()
 
     evaluate(TRIO, "false_positive", [Mine()], 3, out=tmp_path / "run", progress=False)
-    found = list(replays(Evaluation(tmp_path / "run"), 1))
-    assert all("expected it as an object" in replay["fault"] for replay in found) and len(found) == 3
+    found = list(replays(Evaluation(tmp_path / "run"), 1, None, {}))
+    assert all("expected it as an object" in played.fault for played in found) and len(found) == 3
+    shown = training.report(tmp_path / "run", tmp_path / "a.html", progress=False)
+    assert len(shown["left_out"]) == 1 and shown["left_out"][0].startswith("false_positive x Mine: defense Mine")
+    shown = training.report(tmp_path / "run", tmp_path / "b.html", defenses=[Mine()], progress=False)
+    assert [len(replay["recordings"]) for replay in shown["replays"]] == [1, 1, 1] and shown["left_out"] == []
 
 
 def test_a_run_that_was_broken_off_shows_the_cells_that_it_has_and_how_many_are_missing(folder, tmp_path):
@@ -180,7 +197,7 @@ def test_the_program_reports_and_refuses_what_is_no_run(cli, folder, tmp_path):
     assert code == 0, err
     assert json.loads(out)["bytes"] == (tmp_path / "r.html").stat().st_size
     code, _, err = cli("report", tmp_path, "--out", tmp_path / "r.html")
-    assert code == 2 and "expected the folder of a finished run of evaluate, exploit, curve or train" in err
+    assert code == 2 and "expected the folder of a finished run of evaluate, exploit, curve, rank or train" in err
     assert cli("report", folder / "run", "--replays", "13")[0] == 2
 
 
