@@ -93,7 +93,8 @@ class _Part:
     def __init__(self, version: Version, scenario: str, threat: ThreatModel, folder: Path):
         self.version, self.scenario, self.threat = version, scenario, threat
         self.world = version.world(scenario, threat)
-        settings = {"scenario": self.world.model_dump(mode="json"), **version.search.model_dump(), "seed": version.seed}
+        settings = {"scenario": self.world.model_dump(mode="json"), "attacks": version.attacks_on(scenario)}
+        settings |= {"search": version.search.model_dump(), "seed": version.seed}
         self.folder = ExploitFolder(folder, settings, resume=True)
 
     def search(self, progress: bool) -> Version:

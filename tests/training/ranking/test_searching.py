@@ -14,7 +14,6 @@ from trust_env.agents import build_policy, parse_policy
 from trust_env.scenario.yaml_lines import read_yaml
 from trust_env.training.evaluation.statistics import paired_mean_difference
 from trust_env.training.learning.configuration import VALIDATION_SEEDS
-from trust_env.training.ranking.searching import search_attacks
 from trust_env.training.ranking.version import SearchedAttacks, load_version, searched_file, version_file
 
 WORLD = "trio(horizon=30)"
@@ -26,7 +25,7 @@ def searched(tmp_path_factory):
     place = tmp_path_factory.mktemp("search")
     file = place / "tiny.yaml"
     file.write_text(VERSION)
-    return file, place / "run", search_attacks(str(file), place / "run", progress=False)
+    return file, place / "run", training.search_attacks(str(file), place / "run", progress=False)
 
 
 def damage_by_attack(threat: str, attacks: list[str]) -> dict:
@@ -81,20 +80,20 @@ class TestSearch:
         del fields["searches"]["steal"]
         fields["searches"]["outward"]["seconds"] = 1234.0
         finished.write_text(json.dumps(fields))
-        again = search_attacks(str(tmp_path / "tiny.yaml"), tmp_path / "run", resume=True, progress=False)
+        again = training.search_attacks(str(tmp_path / "tiny.yaml"), tmp_path / "run", resume=True, progress=False)
         assert again.outcomes[f"{WORLD}, own@1, outward"]["seconds"] == 1234.0
         assert again.kept == found.kept and again.file.read_bytes() == found.file.read_bytes()
 
     def test_a_changed_version_and_a_folder_in_use_are_refused(self, searched, tmp_path):
         file, folder, _ = searched
         with pytest.raises(ValueError, match="--resume to continue the search in it"):
-            search_attacks(str(file), folder, progress=False)
+            training.search_attacks(str(file), folder, progress=False)
         changed = tmp_path / "tiny.yaml"
         changed.write_text(VERSION.replace("population: 6", "population: 7"))
         with pytest.raises(ValueError, match="population is 6 there, 7 here"):
-            search_attacks(str(changed), folder, resume=True, progress=False)
+            training.search_attacks(str(changed), folder, resume=True, progress=False)
         with pytest.raises(ValueError, match="expected out"):
-            search_attacks(str(changed))
+            training.search_attacks(str(changed))
 
     def test_a_wrong_file_of_searched_attacks_is_refused(self, tmp_path):
         (tmp_path / "a.yaml").write_text(VERSION)
