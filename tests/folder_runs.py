@@ -26,13 +26,26 @@ TRAINING = (
 
 
 class FolderRun(NamedTuple):
-    """A command without its folder; `finished(folder)`: by name, what it has finished there, for comparison."""
+    """A command without its folder; `finished(folder)`: by name, what it has finished there, for comparison.
+
+    version: of a ranking, the text of its file, which is put beside the folder.
+    """
 
     arguments: Sequence[str]
     finished: Callable[[Path], dict[str, Any]]
+    version: str = ""
+
+    @property
+    def name(self) -> str:
+        """The command, a ranking with its kind."""
+        return " ".join(self.arguments) if self.version else self.arguments[0]
 
     def command(self, folder: Path) -> list[str]:
         """Begins the run, or continues it."""
+        if self.version:
+            file = folder.with_name(f"{folder.name}.yaml")
+            file.write_text(self.version)
+            return [*PROGRAM, *self.arguments, "--version", str(file), "--out", str(folder), "--resume"]
         if self.arguments[0] != "train":
             return [*PROGRAM, *self.arguments, "--out", str(folder), "--resume"]
         if (folder / "config.yaml").exists():
@@ -78,8 +91,30 @@ def trained(folder: Path) -> dict[str, Any]:
     return {"weights": arrays, "progress": lines(folder / "progress.csv"), "evaluations": evaluations}
 
 
+def ranked(folder: Path) -> dict[str, Any]:
+    """What a quick ranking has finished: cells by scenario, threat model and defense, and the rows."""
+    found: dict[str, Any] = {}
+    for file in sorted(folder.glob("parts/*/*/*/results.parquet")):
+        part = file.parent
+        found |= {f"{part.relative_to(folder)} {name}": rows for name, rows in cells(part).items()}
+    if (folder / "quick.json").exists():
+        rows = json.loads((folder / "quick.json").read_text())["rows"]
+        found["rows"] = [_untimed(row) for row in rows]
+    return found
+
+
+def tuned(folder: Path) -> dict[str, Any]:
+    """What a search for a ranking has finished: attacks by scenario and threat model, and the file of those kept."""
+    found: dict[str, Any] = {}
+    for file in sorted(folder.glob("parts/*/*/finished.json")):
+        searches = json.loads(file.read_text())["searches"]
+        found |= {f"{file.parent.relative_to(folder)} {name}": _untimed(one) for name, one in searches.items()}
+    kept = folder.with_name(f"{folder.name}_searched.yaml")
+    return found | ({"kept": kept.read_text()} if kept.exists() else {})
+
+
 def _untimed(outcome: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in outcome.items() if name != "seconds"}
+    return {name: value for name, value in outcome.items() if name not in ("seconds", "time_ratio")}
 
 
 ATTACKS = ",".join(["honest", *(f"suppress(fraction={f / 10})" for f in range(1, 6))])
@@ -97,6 +132,24 @@ EXPLOIT = FolderRun(
      *(word for field in TRAINING for word in ("--set", field))],
     parts,
 )  # fmt: skip
+
+VERSION = """
+version: 1
+scenarios: ["trio(horizon=30)"]
+threats: [own@1, poses@1]
+seed: 3
+attacks: [honest, false_positive, outward, suppress, steal, fov_aware, by_turns, sleeper]
+more_attacks: {}
+defenses: [score, trust, quorum]
+references: [oracle, blank]
+quick: {validation: 10, episodes: 20}
+search: {defense: trust, generations: 3, population: 6, episodes: 8, validation: 20}
+full:
+  {threats: [own@1], validation: 2, episodes: 3, generations: 1, population: 2, search_episodes: 2, screening: 1,
+   advancing: 1, seeds: 0, training: {}}
+"""
+RANK_QUICK = FolderRun(["rank", "--quick"], ranked, VERSION)
+RANK_SEARCH = FolderRun(["rank", "--search"], tuned, VERSION)
 
 
 def played_in_peace(run: FolderRun, folder: Path) -> tuple[dict[str, Any], float]:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from trust_env.training.learning.train import train as train
     from trust_env.training.paper.reproduce import reproduce as reproduce
     from trust_env.training.ranking.rank import rank as rank
+    from trust_env.training.ranking.searching import search_attacks as search_attacks
     from trust_env.training.replays.replay import replay as replay
     from trust_env.training.reports.report import report as report
     from trust_env.training.speed.benchmark import benchmark as benchmark
@@ -37,13 +38,14 @@ _HOMES = {
     "report": "reports.report",
     "reproduce": "paper.reproduce",
     "search": "exploitation.search",
+    "search_attacks": "ranking.searching",
     "train": "learning.train",
     "train_seeds": "learning.seeds",
 }
 
 __all__ = [
-    "benchmark", "conform", "curve", "evaluate", "exploit", "rank", "replay", "report", "reproduce", "search", "train",
-    "train_seeds",
+    "benchmark", "conform", "curve", "evaluate", "exploit", "rank", "replay", "report", "reproduce", "search",
+    "search_attacks", "train", "train_seeds",
 ]  # fmt: skip
 
 

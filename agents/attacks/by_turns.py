@@ -6,15 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from trust_env.agents.attacks.track_forecast import TrackForecast
 from trust_env.agents.attacks.unseen_false_positives import Lonely
 from trust_env.agents.base import PolicyContext
 from trust_env.agents.parameters import non_negative_or_none, whole_number
 from trust_env.agents.search_ranges import Range, SearchRanges, noise_deviation
+from trust_env.agents.track_forecast import TrackForecast
 from trust_env.scenario import Scenario
 
 SPACING = 10.0  # between phantoms, in standard deviations of the sensors' noise
-_LEAST_LIFE = 2.0  # frames: a confirmed track that would live less without a report is urgent
 
 
 class ByTurns(Lonely):
@@ -74,24 +73,10 @@ class ByTurns(Lonely):
     def due(self, seen: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         if self.is_moving:
             self._watch(slice(None), seen)
-        urgency = np.where(self.reports, self.urgency(), -np.inf)
+        slots = self._in_budget.sum(axis=1)[:, None]
+        urgency = self.forecast.urgency(self.reports, self._watchers, slots)
         phantom = np.argsort(-urgency, axis=2, kind="stable")[..., : self._phantom.shape[2]]
         return phantom, np.take_along_axis(self.reports, phantom, axis=2)
-
-    def urgency(self) -> np.ndarray:
-        """How much each phantom needs a report now, [W, n, P]: in this order confirmed tracks of little life left,
-        the shortest first; tentative ones, the highest score first; those to begin; other confirmed ones. No more
-        are begun than can be confirmed and then kept alive.
-        """
-        tracks, life = self.forecast, self.forecast.life(self._watchers)
-        needed = (tracks.demand(self._watchers) * tracks.exists).sum(axis=2, keepdims=True)
-        tentative = tracks.exists & ~tracks.confirmed
-        absent = self.reports & ~tracks.exists
-        room = self._in_budget.sum(axis=1)[:, None] - np.ceil(needed) - tentative.sum(axis=2, keepdims=True)
-        begin = absent & (np.cumsum(absent, axis=2) <= room)
-        kept = np.where(life < _LEAST_LIFE, 3e6 - life, -life)
-        others = np.where(tentative, 2e6 + tracks.score, np.where(begin, 1e6, -1e6))
-        return np.where(tracks.confirmed, kept, others)
 
     def remember(self, phantom: np.ndarray, fire: np.ndarray, points: np.ndarray) -> None:
         hit, where = np.zeros(self.reports.shape, dtype=bool), np.zeros((*self.reports.shape, 2))

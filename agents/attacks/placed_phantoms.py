@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from trust_env.agents.attacks.phantoms import Phantoms
-from trust_env.agents.attacks.witnesses import Witnesses
 from trust_env.agents.base import CANDIDATE, PolicyContext
+from trust_env.agents.witnesses import Witnesses
 
 CANDIDATES = 512  # places that are compared for a group of phantoms
 CHUNK = 32  # worlds at a time, so that the candidates of many worlds need not fit into memory at once

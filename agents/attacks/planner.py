@@ -10,10 +10,10 @@ import numpy as np
 from trust_env.agents.attacks.by_turns import ByTurns
 from trust_env.agents.attacks.outward import Outward
 from trust_env.agents.attacks.phantoms import Phantoms
-from trust_env.agents.attacks.track_forecast import TrackForecast
 from trust_env.agents.base import Policy, PolicyContext
 from trust_env.agents.copied_worlds import CopiedWorlds
 from trust_env.agents.parameters import whole_number
+from trust_env.agents.track_forecast import TrackForecast
 from trust_env.spaces.action import ActionTable
 
 BY_TURNS, OUTWARD = range(2)  # the sets of phantoms

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from trust_env.agents.attacks.detection_tracker import DetectionTracker
-from trust_env.agents.attacks.witnesses import Witnesses
 from trust_env.agents.base import CHOOSE, Policy, PolicyContext
 from trust_env.agents.parameters import fraction as valid_fraction
 from trust_env.agents.parameters import one_of, whole_number
 from trust_env.agents.search_ranges import Range, SearchRanges, start_range
+from trust_env.agents.witnesses import Witnesses
 from trust_env.scenario import Scenario
 
 CHOICES = ("random", "nearest", "all")

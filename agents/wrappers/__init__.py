@@ -24,6 +24,7 @@ from __future__ import annotations
 from typing import Any
 
 from trust_env.agents.parameters import construct
+from trust_env.agents.wrappers.by_need import ByNeed
 from trust_env.agents.wrappers.grid import Grid
 from trust_env.agents.wrappers.phantoms import Phantoms
 from trust_env.agents.wrappers.raw import Raw
@@ -31,8 +32,8 @@ from trust_env.agents.wrappers.wrapper import ActionWrapper
 from trust_env.errors import unknown_name
 from trust_env.spec import parse
 
-WRAPPERS: dict[str, type[ActionWrapper]] = {"raw": Raw, "phantoms": Phantoms, "grid": Grid}
-DEFAULT_WRAPPER = "grid"
+WRAPPERS: dict[str, type[ActionWrapper]] = {"raw": Raw, "phantoms": Phantoms, "grid": Grid, "by_need": ByNeed}
+DEFAULT_WRAPPER = "by_need"
 
 __all__ = ["DEFAULT_WRAPPER", "WRAPPERS", "ActionWrapper", "build_wrapper"]
 

@@ -9,11 +9,10 @@ from trust_env.agents.base import PolicyContext
 from trust_env.agents.parameters import whole_number
 from trust_env.agents.wrappers.placed import PlacedPhantoms
 from trust_env.agents.wrappers.reference_frame import OUTWARD, clip_to_fov
+from trust_env.agents.wrappers.suppression import CHOICES, suppressed
 from trust_env.spaces.observation import REACH
 
 KEEP, WITHDRAW, FIRST_POINT = 0, 1, 2  # choices for a phantom
-NONE, NEAR, FAR, ALL = range(4)  # choices of what is suppressed
-NEARER_HALF = np.sqrt(0.5) / REACH  # distance in REACH radii: half of a circle's area lies within
 
 
 class Grid(PlacedPhantoms):
@@ -46,7 +45,7 @@ class Grid(PlacedPhantoms):
 
     def prepare(self, context: PolicyContext) -> int:
         size = super().prepare(context)
-        self.action_space = MultiDiscrete([FIRST_POINT + self.g**2] * self.phantoms + [ALL + 1])
+        self.action_space = MultiDiscrete([FIRST_POINT + self.g**2] * self.phantoms + [CHOICES])
         along = np.linspace(-1.0, 1.0, self.g)
         points = (along[:, None] + 1j * along).reshape(-1)
         self._points = np.concatenate([np.zeros(FIRST_POINT), points]).astype(np.complex64)
@@ -58,5 +57,4 @@ class Grid(PlacedPhantoms):
         pointed = clip_to_fov(self._points[chosen])
         kept = (chosen >= FIRST_POINT) | ((chosen == KEEP) & self.exists)
         self.move(pointed, pointed * np.float32(REACH), kept)
-        near = np.abs(self.reference.detections(observations)) < NEARER_HALF
-        return self.encode((suppress == ALL) | np.where(near, suppress == NEAR, suppress == FAR))
+        return self.encode(suppressed(suppress, self.reference.detections(observations)))

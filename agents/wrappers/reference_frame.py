@@ -28,6 +28,8 @@ class ReferenceFrame:
     learner. There what was learned on one side of the area holds on all sides.
     """
 
+    axis: Points  # [W, n, 1], direction of the x axis; [1, 1, 1] where it is the area's
+
     def __init__(self, kind: str, context: PolicyContext, fields: Mapping[str, int]):
         self._outward, table = kind == OUTWARD, context.observation_table
         self._detections, self._pose = table["detections"].slice, table["pose"].slice
@@ -38,13 +40,13 @@ class ReferenceFrame:
         ends = np.cumsum(list(fields.values()))
         slices = {name: slice(end - fields[name], end) for name, end in zip(fields, ends)}
         self._pairs = merge_adjacent(slices[name] for name in fields if name in PAIRS)
-        self._axis: Points = np.ones((1, 1, 1), dtype=np.complex64)  # [W, n, 1], direction of the x axis
+        self.axis = np.ones((1, 1, 1), dtype=np.complex64)
         self._set_boxes(np.tile([0.0, 0.0, 1.0, 0.0], (len(context.agents), 1)))
 
     def set_poses(self, observations: np.ndarray) -> None:
         """Take the learners' poses of the present frame from observations[W, n, O]."""
         if self._outward:
-            self._axis = self._outward_axis(observations)
+            self.axis = self._outward_axis(observations)
         if self._boxes_turn:
             self._set_boxes(observations[..., self._pose] * np.array([0.0, 0.0, 1.0, 1.0]))
 
@@ -74,11 +76,11 @@ class ReferenceFrame:
     def detections(self, observations: np.ndarray) -> Points:
         """Own detections [W, n, D], 0 where there is none; after `set_poses`."""
         points = np.ascontiguousarray(observations[..., self._detections]).view(np.complex64)
-        return points * np.conj(self._axis)
+        return points * np.conj(self.axis)
 
     def to_raw_action(self, points: Points) -> tuple[np.ndarray, np.ndarray]:
         """x and y of raw actions that inject at points[W, n, P]; after `set_poses`."""
-        off = points * self._axis - self._middle
+        off = points * self.axis - self._middle
         return off.real / self._half.real, off.imag / self._half.imag
 
 

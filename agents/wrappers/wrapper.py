@@ -30,6 +30,7 @@ class ActionWrapper:
     observation_size: int  # O', after `reset`
     action_space: Space  # of one learner, after `reset`
     fields: dict[str, int]  # names and lengths of the observation's fields that are shown, after `reset`
+    first_logits: np.ndarray | None = None  # of all choices one after the other: what exploration begins with
 
     _context: PolicyContext | None = None
 
@@ -95,14 +96,18 @@ class ActionWrapper:
     def add_own_fields(self, seen: np.ndarray, observations: np.ndarray) -> None:
         """Hook: seen[W, n, O'] holds the fields; add the wrapper's own numbers in [-1, 1] behind them."""
 
+    def state(self) -> dict[str, np.ndarray]:
+        """The arrays [W, ...] that are the wrapper's state, by name."""
+        return {name: getattr(self, name) for name in self.state_arrays}
+
     def get_state(self) -> dict[str, np.ndarray]:
         """Copies of the arrays from which `set_state`, after `reset`, continues bit for bit."""
-        return {name: getattr(self, name).copy() for name in self.state_arrays}
+        return {name: values.copy() for name, values in self.state().items()}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Continue from a state of `get_state`; ValueError if it comes from other learners."""
-        for name in self.state_arrays:
-            own, given = getattr(self, name), np.asarray(state.get(name))
+        for name, own in self.state().items():
+            given = np.asarray(state.get(name))
             if own.shape != given.shape or own.dtype != given.dtype:
                 expected = f"{own.dtype}{list(own.shape)}"
                 raise invalid(self.name, name, f"{given.dtype}{list(given.shape)}", expected)

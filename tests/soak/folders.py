@@ -13,7 +13,17 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from folder_runs import EVALUATE, EXPLOIT, TRAIN, FolderRun, kill, out_of_space, played_in_peace
+from folder_runs import (
+    EVALUATE,
+    EXPLOIT,
+    RANK_QUICK,
+    RANK_SEARCH,
+    TRAIN,
+    FolderRun,
+    kill,
+    out_of_space,
+    played_in_peace,
+)
 
 from soak.tally import Tally
 
@@ -43,9 +53,9 @@ def soak(run: FolderRun, trial: Trial, trials: int, amount: float) -> Tally:
                 survived += trial(run, folder, seconds, rng)
                 _assert_same(played_in_peace(run, folder)[0], whole)
             except Exception as fault:
-                failures.append(f"{run.arguments[0]}: {type(fault).__name__}: {fault}".replace("\n", " "))
+                failures.append(f"{run.name}: {type(fault).__name__}: {fault}".replace("\n", " "))
     counts = ", ".join(f"{count} with {parts}" for parts, count in sorted(survived.items()))
-    print(f"    {run.arguments[0]}, stopped with so many parts finished: {counts}")
+    print(f"    {run.name}, stopped with so many parts finished: {counts}")
     return Tally("stops", survived.total() + len(failures), failures)
 
 
@@ -58,6 +68,8 @@ SOAKS = {
     "kill-evaluate": partial(soak, EVALUATE, killed, 20),
     "kill-exploit": partial(soak, EXPLOIT, killed, 20),
     "kill-train": partial(soak, TRAIN, killed, 10),
+    "kill-quick": partial(soak, RANK_QUICK, killed, 10),
+    "kill-search": partial(soak, RANK_SEARCH, killed, 10),
     "disk-evaluate": partial(soak, EVALUATE, out_of_disk, 10),
     "disk-exploit": partial(soak, EXPLOIT, out_of_disk, 10),
     "disk-train": partial(soak, TRAIN, out_of_disk, 10),

@@ -30,7 +30,7 @@ def train(
     resume: Annotated[Path | None, arg(help="folder of a run to continue, as it was configured")] = None,
     config: Annotated[Path | None, arg(help="YAML file with what differs from the defaults")] = None,
     knowledge: Knowledge = None,
-    wrapper: Annotated[str | None, arg(help="what a learner's action means: phantoms(n=2), grid, raw")] = None,
+    wrapper: Annotated[str | None, arg(help="what a learner's action means: by_need, grid, phantoms(n=2)")] = None,
     others: Annotated[
         Repeated,
         arg(metavar="ROLE=POLICY", help="policy of a role or an agent that does not learn; repeatable"),

@@ -26,10 +26,10 @@ COLUMNS = ("wrapper", "defense", "seed", "steps", "seconds", "damage", "false_tr
 
 def compare(
     out: Annotated[Path, tyro.conf.arg(help="folder for wrappers.csv and the runs; what is there is kept")],
-    wrappers: tuple[str, ...] = ("raw", "phantoms", "grid"),
+    wrappers: tuple[str, ...] = ("raw", "phantoms", "grid", "by_need"),
     defenses: tuple[str, ...] = ("score", "trust"),
     seeds: Annotated[int, tyro.conf.arg(help="training seeds, from 0")] = 2,
-    steps: int = 1_000_000,
+    steps: int = 500_000,
     scenario: str = "patrol",
     episodes: Annotated[int, tyro.conf.arg(help="held-out episodes per run")] = 100,
 ) -> None:

@@ -20,8 +20,6 @@ def next_step(folders: Sequence[Path]) -> str:
         return f"to play it: trust_env.agents.Player(env, {{'benign': {str(folder.path)!r}}})"
     attacks = ",".join([*map(str, folders), "false_positive"])
     words = ["trust-env", "evaluate", "--scenario", _scenario(folder), "--defense", config.defense, "--attack", attacks]
-    if config.max_cycles is not None:
-        words += ["--max-cycles", str(config.max_cycles)]
     page = shlex.join(["trust-env", "report", *map(str, folders)])
     return f"to compare: {shlex.join(words)}\nas a page: {page}"
 

@@ -126,6 +126,10 @@ def build_ppo(config: Configuration, learners: LearnersVecEnv) -> LearnersPPO:
         gamma=config.ppo.gamma,
     )
     model = LearnersPPO(GroupedPolicy, env, seed=config.seed, **ppo_settings(config))
+    first = learners.learners.wrapper.first_logits
+    if first is not None:
+        assert isinstance(model.policy.action_net, th.nn.Linear)
+        model.policy.action_net.bias.data.copy_(th.as_tensor(first))
     learners.seed(config.world_seed)  # after the algorithm, which seeds its environments as itself
     return model
 

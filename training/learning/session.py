@@ -35,7 +35,7 @@ def build_learners(config: Configuration, scenario: Scenario, num_worlds: int) -
         wrapper=config.wrapper or DEFAULT_WRAPPER,
         others=config.others,
         knowledge=config.knowledge,
-        max_cycles=config.max_cycles,
+        max_cycles=min(config.max_cycles or scenario.horizon, scenario.horizon),
         threads=config.threads,
         learner_role=config.role,
         stagger=True,

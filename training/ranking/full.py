@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from trust_env.agents import POLICIES, knowledge_of, parse_policy
 from trust_env.defenses import named_in_full
 from trust_env.scenario import Scenario
-from trust_env.spaces.observation import KNOWLEDGE
 from trust_env.training.evaluation.evaluate import evaluate
-from trust_env.training.exploitation.cross_entropy import searchable
 from trust_env.training.exploitation.exploit import exploit
 from trust_env.training.exploitation.report import Exploitability
 from trust_env.training.exploitation.threat_models import ThreatModel
@@ -46,7 +43,7 @@ def _row(
 ) -> Row:
     world = version.world(scenario, threat)
     found = _exploit(
-        version, world, threat, defense, _attacks(version, scenario, more_attacks, world), folder, progress
+        version, world, threat, defense, _attacks(version, scenario, more_attacks, threat), folder, progress
     )
     cells = {
         attacker.name: Cells(
@@ -88,6 +85,8 @@ def _exploit(
             "generations": budget.generations,
             "population": budget.population,
             "episodes": budget.search_episodes,
+            "screening": budget.screening,
+            "advancing": budget.advancing,
         },
         overrides=budget.training,
         resume=True,
@@ -95,12 +94,7 @@ def _exploit(
     )
 
 
-def _attacks(version: Version, scenario: str, more_attacks: Sequence[str], world: Scenario) -> list[str]:
+def _attacks(version: Version, scenario: str, more_attacks: Sequence[str], threat: ThreatModel) -> list[str]:
     """All that can be played under the threat model, and a search of each that has parameters to tune."""
-    level, models = KNOWLEDGE[world.knowledge], version.threat_models
-    all_attacks = [*version.attacks_on(scenario), *more_attacks]
-    under = [model for model in models if KNOWLEDGE[model.knowledge] <= level]
-    played = [attack for model in under for attack in version.needing(all_attacks, model)]
-    names = dict.fromkeys(spec.name for spec in map(parse_policy, played) if spec.path is None)
-    tuned = [name for name in names if name in searchable(world) and KNOWLEDGE[knowledge_of(POLICIES[name])] <= level]
-    return [*played, *(f"search({name})" for name in tuned)]
+    searches = [f"search({name})" for name in version.tunable(scenario, threat, *more_attacks)]
+    return [*version.playable(scenario, threat, *more_attacks), *searches]

@@ -1,4 +1,4 @@
-"""The quick ranking: the attacks of the version's list, fixed before a defense was known, against every defense."""
+"""The quick ranking: the version's attacks, listed and searched before a defense was known, against every defense."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def _played(
     """The cells of a defense in a scenario, by the label of the first threat model under which each can be played."""
     found: dict[str, Played] = {}
     for threat in version.threat_models:
-        attacks = version.needing([*version.attacks_on(scenario), *more_attacks], threat)
+        attacks = version.needing(list(dict.fromkeys([*version.attacks_on(scenario), *more_attacks])), threat)
         if not attacks:
             found[threat.label] = {}
             continue

@@ -1,7 +1,7 @@
 """All defenses under one protocol: the quick ranking, the full one, and whether a published one is reproduced.
 
 found = rank("quick", defenses="my_file.py:Mine", out="RUN")      # every built-in defense and Mine
-rank("full", out="RUN")                                           # days: searches and training against each
+rank("full", out="RUN")                                           # hours: searches and training against each
 check("rankings/v1/quick.json", only="score")                     # a few rows played anew, compared with the file
 """
 
@@ -13,7 +13,7 @@ from pathlib import Path
 
 from trust_env.defenses import build_defense, named_in_full
 from trust_env.errors import unknown_name
-from trust_env.files import expanded, locked, require_empty
+from trust_env.files import expanded, locked, remove_unfinished, require_empty
 from trust_env.spec import split_specs
 from trust_env.training.evaluation.configuration import named_specs
 from trust_env.training.exploitation.threat_models import threat_model
@@ -52,17 +52,21 @@ def rank(
     if kind not in KINDS:
         raise unknown_name("kind of ranking", kind, KINDS)
     whole = version if isinstance(version, Version) else load_version(version)
+    if kind == "full":
+        whole = whole.model_copy(update={"threats": whole.full.threats})
     protocol = _chosen(whole, _names(scenarios), _names(threats))
     joined, more_attacks = _joined(whole, _names(defenses)), _names(attacks)
     for text in more_attacks:
         protocol.require_playable(text)
     ranked = _only([*whole.defenses, *joined], _names(only))
     if kind == "full" and out is None:
-        raise ValueError("rank full: expected out, a new or empty folder: it takes days, and goes on from there")
+        raise ValueError("rank full: expected out, a new or empty folder: it takes hours, and goes on from there")
     folder = None if out is None else expanded(out)
     with nullcontext() if folder is None else locked(folder):
         if folder is not None and not resume:
             require_empty(folder, "--resume to continue the ranking in it")
+        if folder is not None:
+            remove_unfinished(folder)
         if folder is None or kind == "quick":
             rows = quick_rows(protocol, ranked, more_attacks, folder, progress)
         else:

@@ -17,8 +17,8 @@ from trust_env.parallel import TrustEnv
 from trust_env.training.ranking.table import table_of
 
 CLAIMS = {
-    "quick": "transfer: the attacks were fixed before the defenses were known, so that the order claims nothing about "
-    "attacks tuned against a defense",
+    "quick": "transfer: the attacks are a fixed list, some of them tuned against one defense only, that of the "
+    "protocol's `search`, so that the order claims nothing about attacks tuned against the others",
     "full": "adaptive: attacks were searched and trained against each defense under a fixed budget; every figure is a "
     "lower bound on the worst case",
 }
@@ -70,11 +70,18 @@ def header(kind: str, protocol: Mapping[str, Any]) -> dict[str, Any]:
         "kind": kind,
         "version": protocol["version"],
         "claim": CLAIMS[kind],
+        **made_with(),
+        "protocol": dict(protocol),
+    }
+
+
+def made_with() -> dict[str, str]:
+    """What the bits of results depend on, beside the protocol."""
+    return {
         "environment": TrustEnv.metadata["name"],
         "package": trust_env.__version__,
         "numpy": np.__version__,
         "processor": f"{platform.machine()} {llvm.get_host_cpu_name()}",
-        "protocol": dict(protocol),
     }
 
 

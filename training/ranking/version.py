@@ -1,4 +1,7 @@
-"""The protocol of a ranking, from a file per version: scenarios, threat models, attacks, defenses, seeds, budgets."""
+"""The protocol of a ranking, from a file per version: scenarios, threat models, attacks, defenses, seeds, budgets.
+
+Beside it, in `v1_searched.yaml`, stand the attacks that a search has found for this version.
+"""
 
 from __future__ import annotations
 
@@ -8,12 +11,13 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from trust_env.agents import build_policy, knowledge_of
+from trust_env.agents import build_policy, knowledge_of, parse_policy
 from trust_env.files import expanded
 from trust_env.scenario import Scenario, load_scenario
-from trust_env.scenario.types import Part, Size, Whole
+from trust_env.scenario.types import Part, Real, Size, Whole
 from trust_env.scenario.yaml_lines import read_yaml
 from trust_env.spaces.observation import KNOWLEDGE
+from trust_env.training.exploitation.cross_entropy import searchable
 from trust_env.training.exploitation.threat_models import ThreatModel, threat_model
 from trust_env.training.learning.configuration import HeldOutSeed
 
@@ -26,12 +30,45 @@ class Quick(Part):
     episodes: Size
 
 
+class SearchBudget(Part):
+    defense: str
+    generations: Size
+    population: Size
+    episodes: Size
+    validation: Size
+
+
+class SearchedAttack(Part):
+    """An attack that a search found, and its damage and that of the strongest other one, in validation episodes."""
+
+    scenario: str
+    threat: str
+    given: str
+    attack: str
+    damage: Real
+    damage_of_others: Real
+
+
+class SearchedAttacks(Part):
+    """The file of all that a search found for a version, and under what budget, where."""
+
+    search: SearchBudget
+    environment: str
+    package: str
+    numpy: str
+    processor: str
+    searched: tuple[SearchedAttack, ...]
+
+
 class Full(Part):
+    threats: Names
     validation: Size
     episodes: Size
     generations: Size
     population: Size
     search_episodes: Size
+    screening: Size
+    advancing: Size
     seeds: Annotated[Whole, Field(ge=0)]
     training: dict[str, Any]
 
@@ -48,7 +85,9 @@ class Version(Part):
     defenses: Names
     references: Names
     quick: Quick
+    search: SearchBudget
     full: Full
+    searched: tuple[SearchedAttack, ...] = ()
 
     @property
     def control(self) -> str:
@@ -67,7 +106,19 @@ class Version(Part):
 
     def attacks_on(self, scenario: str) -> list[str]:
         """The attacks in a scenario, whatever they need to observe."""
-        return [*self.attacks, *self.more_attacks.get(scenario, ())]
+        found = [one.attack for one in self.searched if one.scenario == scenario]
+        return list(dict.fromkeys([*self.attacks, *self.more_attacks.get(scenario, ()), *found]))
+
+    def playable(self, scenario: str, threat: ThreatModel, *more_attacks: str) -> list[str]:
+        """The attacks in a scenario, and more, that a threat model lets play, those that need the least first."""
+        attacks, models = list(dict.fromkeys([*self.attacks_on(scenario), *more_attacks])), self.threat_models
+        return [one for model in models[: models.index(threat) + 1] for one in self.needing(attacks, model)]
+
+    def tunable(self, scenario: str, threat: ThreatModel, *more_attacks: str) -> list[str]:
+        """Names of the built-in attacks among those that are playable and have parameters to tune."""
+        specs = map(parse_policy, self.playable(scenario, threat, *more_attacks))
+        names, world = dict.fromkeys(spec.name for spec in specs if spec.path is None), self.world(scenario, threat)
+        return [name for name in names if name in searchable(world)]
 
     def needing(self, attacks: list[str], threat: ThreatModel) -> list[str]:
         """Those of some attacks that need just what a threat model gives and no earlier one of this version."""
@@ -87,15 +138,30 @@ class Version(Part):
 
 
 def load_version(version: str = str(LATEST)) -> Version:
-    """A published version by its number, or that of a YAML file. ValueError: there is none, or its fields are wrong."""
-    if version.isdecimal():
-        if not 1 <= int(version) <= LATEST:
-            raise ValueError(f"version = {version}: expected a number from 1 to {LATEST}, or a YAML file")
-        name = f"v{version}.yaml"
-        text = (resources.files("trust_env.training.ranking") / name).read_text("utf-8")
-    else:
-        name, text = version, _read(expanded(version))
-    return Version.model_validate(read_yaml(text, name)[0])
+    """A published version by its number, or that of a YAML file, with the attacks that a search found for it.
+
+    ValueError: there is none, or its fields are wrong.
+    """
+    file = version_file(version)
+    fields, found = read_yaml(_read(file), file.name)[0], searched_file(version)
+    if found.is_file():
+        fields["searched"] = SearchedAttacks.model_validate(read_yaml(_read(found), found.name)[0]).searched
+    return Version.model_validate(fields)
+
+
+def version_file(version: str) -> Path:
+    """The file of a version, by its number or by its path. ValueError: there is none of the number."""
+    if not version.isdecimal():
+        return expanded(version)
+    if not 1 <= int(version) <= LATEST:
+        raise ValueError(f"version = {version}: expected a number from 1 to {LATEST}, or a YAML file")
+    return Path(str(resources.files("trust_env.training.ranking"))) / f"v{version}.yaml"
+
+
+def searched_file(version: str) -> Path:
+    """Where the attacks stand that a search found for a version, whether there are any or not."""
+    file = version_file(version)
+    return file.with_name(f"{file.stem}_searched.yaml")
 
 
 def _read(file: Path) -> str:

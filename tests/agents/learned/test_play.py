@@ -18,7 +18,7 @@ pytestmark = pytest.mark.core
 
 
 class TestPlay:
-    @pytest.mark.parametrize("wrapper", ["raw", "phantoms(n=2)", "grid"])
+    @pytest.mark.parametrize("wrapper", ["raw", "phantoms(n=2)", "grid", "by_need(n=6)"])
     @pytest.mark.parametrize("sampled", [False, True])
     def test_actions_do_not_depend_on_the_batch(self, tmp_path: Path, wrapper: str, sampled: bool) -> None:
         spec = f"learned(path='{write_fitting(tmp_path / FILE, wrapper)}', sampled={sampled})"

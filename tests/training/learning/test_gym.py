@@ -20,7 +20,7 @@ from trust_env.training.learning.gym import AdversaryEnv, GymVectorEnv
 pytestmark = pytest.mark.core
 
 
-@pytest.mark.parametrize("wrapper", ["raw", "phantoms", "grid"])
+@pytest.mark.parametrize("wrapper", ["raw", "phantoms", "grid", "by_need"])
 def test_adversary_env_passes_gymnasiums_checker(wrapper: str) -> None:
     env: Any = gymnasium.make("trust_env.training.learning.gym:TrustEnv/Adversary-v0", scenario="trio", wrapper=wrapper)
     with warnings.catch_warnings():

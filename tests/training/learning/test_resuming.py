@@ -138,7 +138,7 @@ def test_a_disk_full_of_logs_names_the_file_and_the_command_to_resume(tmp_path):
     """A limit to the size of files stands for the disk: every file is hit by one of these limits first."""
     whole = played_in_peace(TRAIN, tmp_path / "whole")[0]
     run = tmp_path / "run"
-    hit = {100: "scenario.yaml", 5000: "policy.safetensors", 206_000: "checkpoints/000000000032.zip"}
+    hit = {100: "scenario.yaml", 5000: "policy.safetensors", 230_000: "checkpoints/000000000032.zip"}
     for most_bytes, name in hit.items():
         told = out_of_space(TRAIN, run, most_bytes)
         assert told.endswith(f"trust-env: error: {run}/{name}: File too large\n")

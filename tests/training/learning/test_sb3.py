@@ -16,7 +16,7 @@ pytestmark = pytest.mark.core
 
 
 @pytest.mark.extra("train")
-@pytest.mark.parametrize("wrapper", ["raw", "phantoms", "grid"])
+@pytest.mark.parametrize("wrapper", ["raw", "phantoms", "grid", "by_need"])
 def test_adversary_env_passes_stable_baselines_checker(wrapper: str) -> None:
     from stable_baselines3.common.env_checker import check_env as check_for_sb3
 
@@ -117,7 +117,7 @@ def test_values_are_bootstrapped_at_the_horizon() -> None:
 
 
 @pytest.mark.extra("train")
-@pytest.mark.parametrize("wrapper", ["phantoms", "grid"])
+@pytest.mark.parametrize("wrapper", ["phantoms", "grid", "by_need"])
 def test_ppo_learns_behind_the_usual_wrappers(wrapper: str) -> None:
     from stable_baselines3 import PPO
     from stable_baselines3.common.vec_env import VecMonitor, VecNormalize

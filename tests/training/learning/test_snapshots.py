@@ -36,7 +36,7 @@ class Remembering:
         (Remembering, {"benign": "random"}, "adversary"),
     ],
 )
-@pytest.mark.parametrize("wrapper", ["phantoms", "grid"])
+@pytest.mark.parametrize("wrapper", ["phantoms", "grid", "by_need"])
 def test_a_snapshot_continues_bit_for_bit(defense: Any, others: dict[str, Any], role: str, wrapper: str) -> None:
     def build() -> Learners:
         own = defense() if isinstance(defense, type) else defense

@@ -36,7 +36,10 @@ more_attacks: {}
 defenses: [score, quorum]
 references: [oracle, blank]
 quick: {validation: 2, episodes: 4}
-full: {validation: 2, episodes: 3, generations: 1, population: 2, search_episodes: 2, seeds: 0, training: {}}
+search: {defense: score, generations: 1, population: 2, episodes: 2, validation: 3}
+full:
+  {threats: [own@1, poses@1], validation: 2, episodes: 3, generations: 2, population: 2, search_episodes: 2,
+   screening: 1, advancing: 1, seeds: 0, training: {}}
 """
 PUBLISHED = ROOT / "rankings" / "v1" / "quick.json"
 TEMPLATE = ROOT / "rankings" / "entries" / "template"
@@ -224,6 +227,7 @@ class TestFull:
         assert "fov_aware" not in made["damage"] and made["worst"]["attack"] in made["damage"]
         searched = tmp_path / "run" / "parts" / "trio_horizon_12" / "own@1" / "score" / "exploit" / "finished.json"
         kept = searched.read_text()
+        assert len(json.loads(kept)["screened"]) == 2 and len(json.loads(kept)["searches"]) == 1
         assert untimed(training.rank("full", resume=True, **options)) == untimed(found)
         assert json.loads(searched.read_text()) == json.loads(kept)
         assert "Adaptive" in (tmp_path / "run" / "full.md").read_text()
@@ -237,6 +241,15 @@ class TestFull:
         options = {"only": "score", "threats": "own", "version": str(file), "out": tmp_path / "run"}
         (made,) = training.rank("full", progress=False, **options).rows
         assert "learned, seed 0" in made["damage"]
+
+    def test_it_has_threat_models_of_its_own(self, tiny, tmp_path):
+        file = tmp_path / "poses.yaml"
+        file.write_text(TINY.replace("{threats: [own@1, poses@1]", "{threats: [poses@1]"))
+        options = {"only": "score", "version": str(file), "progress": False}
+        (made,) = training.rank("full", out=tmp_path / "run", **options).rows
+        assert made["threat"] == "poses@1" and {"outward", "search(fov_aware)"} <= set(made["damage"])
+        with pytest.raises(ValueError, match="unknown threat model of version 1 'own@1'"):
+            training.rank("full", threats="own", out=tmp_path / "other", **options)
 
     def test_it_needs_a_folder(self, tiny):
         with pytest.raises(ValueError, match="expected out"):
@@ -290,8 +303,8 @@ class TestEntries:
         assert code == 2 and expected in " ".join(err.split())
 
 
-def test_one_of_quick_full_and_check_is_expected(cli):
-    assert "expected one of --quick, --full and --check" in cli("rank")[2]
+def test_one_of_quick_full_search_and_check_is_expected(cli):
+    assert "expected one of --quick, --full, --search and --check" in cli("rank")[2]
     assert cli("rank", "--quick", "--full")[0] == 2
 
 

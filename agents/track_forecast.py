@@ -9,6 +9,9 @@ import numpy as np
 from trust_env.scenario import Scenario
 from trust_env.theory import initial_score, score_thresholds
 
+_LEAST_LIFE = 2.0  # frames: a confirmed track that would live less without a report is urgent
+_STATE = ("exists", "confirmed", "score", "peak", "position", "velocity", "p_xx", "p_xv", "p_vv")
+
 
 class TrackForecast:
     """One track for every phantom [W, n, P]: the tracker's filter on the phantom's own reports, and its score
@@ -45,6 +48,10 @@ class TrackForecast:
         self.exists[worlds] = False
         self.confirmed[worlds] = False
 
+    def state(self) -> dict[str, np.ndarray]:
+        """The arrays [W, n, P, ...] that say all about the tracks, by name."""
+        return {name: getattr(self, name) for name in _STATE}
+
     def life(self, watchers: np.ndarray) -> np.ndarray:
         """How many frames each track outlives without a report when `watchers` [W, n, P] look at it."""
         return (self.score - self.peak + self._drop()) / (np.maximum(watchers, 1) * self.miss_cost)
@@ -58,6 +65,23 @@ class TrackForecast:
         cost = np.maximum(watchers, 1) * self.miss_cost
         gain = self.hit_constant - np.log(2.0 * self.variance) + self.miss_cost  # against a miss, S = 2R
         return cost / np.maximum(gain, cost)
+
+    def urgency(self, wanted: np.ndarray, watchers: np.ndarray, slots: np.ndarray) -> np.ndarray:
+        """How much each phantom of wanted[W, n, P] needs a report now, when `slots` [n, 1] can be made in a frame.
+
+        In this order: confirmed tracks of little life left, the shortest first; tentative ones, the highest score
+        first; those to begin; other confirmed ones. No more are begun than can be confirmed and then kept alive. What
+        is not wanted has -inf.
+        """
+        life = self.life(watchers)
+        needed = (self.demand(watchers) * self.exists).sum(axis=2, keepdims=True)
+        tentative = self.exists & ~self.confirmed
+        absent = wanted & ~self.exists
+        room = slots - np.ceil(needed) - tentative.sum(axis=2, keepdims=True)
+        begin = absent & (np.cumsum(absent, axis=2) <= room)
+        kept = np.where(life < _LEAST_LIFE, 3e6 - life, -life)
+        others = np.where(tentative, 2e6 + self.score, np.where(begin, 1e6, -1e6))
+        return np.where(wanted, np.where(self.confirmed, kept, others), -np.inf)
 
     def update(self, hit: np.ndarray, points: np.ndarray, watchers: np.ndarray) -> None:
         """One frame on: the phantoms of hit[W, n, P] are reported at points[W, n, P, 2] (m), by one of those that
