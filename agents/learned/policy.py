@@ -35,7 +35,7 @@ class Learned(Policy):
     was trained on, at the knowledge level that it was trained at or a higher one.
 
     path         folder of a training run, or its policy.safetensors; None: shipped weights
-    against      score | trust | majority: the shipped weights against that defense; None: trust
+    against      score | trust | majority | joint_posterior: the shipped weights against that defense; None: trust
     sampled      True: draws its actions, as in training
     """
 

@@ -13,7 +13,7 @@ ATTACKS = (
     "exclusive", "exclusive(noise=0.0)", "stealth", "by_turns", "fov_aware", "fov_aware(noise=0.0)", "burst",
     "sleeper", "on_off", "suppress", "selective_suppress", "framing", "collusion", "replay", "drag", "steal", "flood",
 )  # fmt: skip
-LEARNED = ("learned(against=score)", "learned(against=trust)", "learned(against=majority)")
+LEARNED = tuple(f"learned(against={name})" for name in ("score", "trust", "majority", "joint_posterior"))
 DEFENSES = (
     "score", "trust", "majority", "quorum", "quorum(strict=False)", "binary_beta", "rfsn_beta", "particle",
     "parsimony", "score_asymmetry", "dawid_skene", "path_trust(anchor=2)", "cusum", "joint_posterior", "oracle",

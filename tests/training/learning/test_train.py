@@ -14,6 +14,7 @@ from training_runs import ROLLOUT, SMALL, interrupted, lines, logged, same, trai
 from trust_env import training
 from trust_env.agents.learned.policy_file import load_policy
 from trust_env.metrics import METRICS
+from trust_env.scenario import load_scenario
 from trust_env.spaces.observation import KNOWLEDGE
 from trust_env.training.learning.configuration import TRAINING_SEEDS, defaults, load_configuration
 
@@ -140,3 +141,30 @@ def test_benign_agents_learn_against_an_attack_and_resume(tmp_path):
     interrupted(folder, steps - 32 * 32)
     training.train(resume=folder, progress=False)
     assert same(weights(folder), weights(whole.folder))
+
+
+def test_exploration_begins_where_the_wrapper_says():
+    """At the first step phantoms are seldom withdrawn, and few targets get a double."""
+    from trust_env.training.learning.ppo import build_ppo
+    from trust_env.training.learning.sb3 import LearnersVecEnv
+    from trust_env.training.learning.session import build_learners
+
+    config = load_configuration(SMALL, {"wrapper": "by_need"})
+    env = LearnersVecEnv(build_learners(config, load_scenario("trio"), 4))
+    logits = build_ppo(config, env).policy.state_dict()["action_net.bias"].numpy()
+    *_, withdrawn, doubles, suppressed = np.split(logits, np.cumsum(env.action_space.nvec)[:-1])
+    for choice, none in ((withdrawn, 0.98), (doubles, 0.8), (suppressed, 0.8)):
+        chance = np.exp(choice) / np.exp(choice).sum()
+        assert chance[0] == pytest.approx(none)
+        np.testing.assert_allclose(chance[1:], (1.0 - none) / (len(chance) - 1), rtol=1e-5)
+    env.close()
+
+
+def test_episodes_of_training_are_no_longer_than_the_horizon():
+    from trust_env.training.learning.session import build_learners
+
+    for asked, horizon, expected in ((40, 200, 40), (40, 20, 20), (None, 20, 20)):
+        config = load_configuration(SMALL, {"max_cycles": asked})
+        learners = build_learners(config, load_scenario("trio", horizon=horizon), 1)
+        assert learners.env.max_cycles == expected
+        learners.close()
