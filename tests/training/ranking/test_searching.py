@@ -14,7 +14,7 @@ from trust_env.agents import build_policy, parse_policy
 from trust_env.scenario.yaml_lines import read_yaml
 from trust_env.training.evaluation.statistics import paired_mean_difference
 from trust_env.training.learning.configuration import VALIDATION_SEEDS
-from trust_env.training.ranking.version import load_version, searched_file, version_file
+from trust_env.training.ranking.version import SearchedAttacks, load_version, searched_file, version_file
 
 WORLD = "trio(horizon=30)"
 
@@ -144,3 +144,12 @@ class TestCommand:
         code, _, err = cli("rank", "--search", "--only", "trust", "--out", tmp_path)
         assert code == 2 and "it is of a whole version" in " ".join(err.split())
         assert "expected out" in cli("rank", "--search")[2]
+
+
+class TestPublished:
+    def test_version_1_was_searched_under_its_budget_in_all_scenarios(self):
+        version, file = load_version("1"), searched_file("1")
+        found = SearchedAttacks.model_validate(read_yaml(file.read_text(), file.name)[0])
+        assert found.search == version.search and found.searched == version.searched
+        assert {one.scenario for one in found.searched} == set(version.scenarios)
+        assert all(one.damage > one.damage_of_others for one in found.searched)
