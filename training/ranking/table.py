@@ -30,7 +30,7 @@ def table_of(fields: Mapping[str, Any], groups: Sequence[tuple[str, str, Rows]])
     parts = [f"# Ranking, version {fields['version']}, {fields['kind']}", f"{_sentence(fields['claim'])} {MEANING}"]
     for scenario, threat, rows in groups:
         parts += [f"## {scenario}, {threat}", "\n".join(markdown(COLUMNS, map(_cells, rows)))]
-    parts.append(f"{fields['environment']}, made on {fields['processor']} by\n\n```sh\n{_command(fields)}\n```")
+    parts.append(f"{fields['environment']}, made on {fields['processor']} by\n\n```sh\n{command(fields)}\n```")
     return "\n\n".join(parts) + "\n"
 
 
@@ -38,7 +38,7 @@ def _sentence(text: str) -> str:
     return text[0].upper() + text[1:] + "."
 
 
-def _command(fields: Mapping[str, Any]) -> str:
+def command(fields: Mapping[str, Any]) -> str:
     options = [word for option, names in fields["options"].items() for word in (f"--{option}", ",".join(names))]
     return shlex.join(["trust-env", "rank", f"--{fields['kind']}", *options, "--out", "RUN"])
 

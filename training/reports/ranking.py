@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from trust_env.training.ranking.ranking import load_ranking
-from trust_env.training.ranking.table import MEANING, _command
+from trust_env.training.ranking.table import MEANING, command
 from trust_env.training.reports.evaluation import shown
 
 _FILES = ("quick.json", "full.json")
@@ -31,7 +31,7 @@ def ranking_section(file: Path) -> dict[str, Any]:
             "folder": str(file.parent),
             "order": found.fields["kind"],
             "scenario": ", ".join(dict.fromkeys(group["scenario"] for group in groups)),
-            "command": _command(found.fields),
+            "command": command(found.fields),
             "meaning": MEANING,
             "groups": groups,
             **header,
