@@ -20,7 +20,7 @@ PER_SLOT = 5  # phantoms: about as many as reports of one slot keep alive where 
 SPACING = 8.0  # between phantoms, in standard deviations of the sensors' noise
 NOWHERE, NOBODY_ELSE, NO_HONEST, ANYWHERE = range(4)  # choices of where in a cell
 NONE_AT_FIRST = (0.98, 0.8, 0.8)  # probability of no withdrawal, no doubles and no suppression
-_NOBODY = -1
+_NONE = -1
 
 
 class ByNeed(ActionWrapper):
@@ -51,7 +51,7 @@ class ByNeed(ActionWrapper):
     name = "by_need"
     hidden_fields = frozenset({"role", "time", "report", "report_mask"})  # without a clock, episodes of any length do
 
-    spot: np.ndarray  # int64[W, n, P], of every phantom, `_NOBODY` where there is none
+    spot: np.ndarray  # int64[W, n, P], of every phantom, -1 where there is none
 
     def __init__(
         self,
@@ -82,7 +82,7 @@ class ByNeed(ActionWrapper):
         self.reference = ReferenceFrame(self.frame, context, self.fields)
         self.spots = Spots(context, spacing, self.g, KNOWLEDGE[self.knowledge or "own"] >= KNOWLEDGE["poses"])
         shape = (len(context.worlds), len(context.agents), self.phantoms)
-        self.spot, self.forecast = np.full(shape, _NOBODY), TrackForecast(scenario, context.agents, shape)
+        self.spot, self.forecast = np.full(shape, _NONE), TrackForecast(scenario, context.agents, shape)
         reach = context.observation_table.scales.reach[context.agents][:, None]
         self._shift = (self.beside * noise_deviation(scenario) / reach).astype(np.float32)  # [n, 1]
         self._suppressions = ActionTable(scenario)["suppressions"]
@@ -100,7 +100,7 @@ class ByNeed(ActionWrapper):
         return np.concatenate(logits)
 
     def clear(self, mask: np.ndarray) -> None:
-        self.spot[mask] = _NOBODY
+        self.spot[mask] = _NONE
         self.forecast.clear(np.flatnonzero(mask))
 
     def state(self) -> dict[str, np.ndarray]:
@@ -115,7 +115,7 @@ class ByNeed(ActionWrapper):
     def add_own_fields(self, seen: np.ndarray, observations: np.ndarray) -> None:
         self._look(observations)
         self.reference.rotate_fields(seen, observations)
-        own, confirmed = self.spot != _NOBODY, self.forecast.confirmed
+        own, confirmed = self.spot != _NONE, self.forecast.confirmed
         maps = self.spots.maps(np.maximum(self.spot, 0), own, confirmed)[:, :, : self._maps]
         out = seen[..., sum(self.fields.values()) :]
         out[..., :-3] = maps.reshape(*maps.shape[:2], -1)
@@ -154,11 +154,11 @@ class ByNeed(ActionWrapper):
 
     def _withdraw(self, choice: np.ndarray) -> None:
         """The phantom of the chosen cell whose forecast score is least."""
-        chosen = (self.spot != _NOBODY) & (self.spots.cell[self.spot] == choice[..., None] - 1)
+        chosen = (self.spot != _NONE) & (self.spots.cell[self.spot] == choice[..., None] - 1)
         least = np.where(chosen, self.forecast.score, np.inf).argmin(axis=2)[..., None]
         gone = np.zeros(chosen.shape, dtype=bool)
         np.put_along_axis(gone, least, np.take_along_axis(chosen, least, axis=2), axis=2)
-        self.spot[gone] = _NOBODY
+        self.spot[gone] = _NONE
         self.forecast.exists[gone] = self.forecast.confirmed[gone] = False
 
     def _place(self, cell: np.ndarray, sight: np.ndarray) -> None:
@@ -167,7 +167,7 @@ class ByNeed(ActionWrapper):
         honest, others = (values[..., 0] for values in self.spots.lookers(spot[..., None]))
         unseen = np.where(honest == 0, np.where(others == 0, NOBODY_ELSE, NO_HONEST), ANYWHERE)
         found &= unseen <= sight
-        free = self.spot == _NOBODY
+        free = self.spot == _NONE
         first = free.argmax(axis=2)[..., None]
         found = found[..., None] & np.take_along_axis(free, first, axis=2)
         now = np.where(found, spot[..., None], np.take_along_axis(self.spot, first, axis=2))
@@ -183,7 +183,7 @@ class ByNeed(ActionWrapper):
 
     def _due(self, slots: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The phantoms int[W, n, M] that are reported in `slots` [W, n, 1], and which of them are."""
-        wanted = self.spot != _NOBODY
+        wanted = self.spot != _NONE
         urgency = self.forecast.urgency(wanted, self._watchers(), slots)
         phantom = np.argsort(-urgency, axis=2, kind="stable")[..., : self._most]
         return phantom, np.take_along_axis(wanted, phantom, axis=2) & (np.arange(self._most) < slots)
