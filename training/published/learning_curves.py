@@ -1,6 +1,6 @@
 """The learning curves of published training runs, a panel for each defense that they were trained against.
 
-    python -m trust_env.training.published.learning_curves runs/* --out docs/pages/learning_curves.png
+python -m trust_env.training.published.learning_curves runs/* --out docs/pages/learning_curves.png
 """
 
 from __future__ import annotations
