@@ -11,16 +11,14 @@ import numpy as np
 import pytest
 from kernels import fov_of
 from oracle import OracleCentre, OracleEvidence, OracleTrust, TrackerParams
-from paths import SHARED
+from paths import REFERENCE
 
 import trust_env
 from trust_env.spaces.action import ActionTable
 
-PUBLISHED = SHARED / "reference" / "cdc2024_cases.json"
-CASES = json.loads(PUBLISHED.read_text())["cases"] if PUBLISHED.exists() else {}
+CASES = json.loads((REFERENCE / "cdc2024_cases.json").read_text())["cases"]
 NAMES = ("case1_no_prior", "case1_prior100", "case2_no_prior", "case2_prior100")
 PRIOR_MEAN = {"trusted": 0.8, "untrusted": 0.5, "distrusted": 0.2}
-published = pytest.mark.skipif(not CASES, reason=f"the authors' numbers are not there: {PUBLISHED}")
 
 
 def frame_of(recorded: Mapping[str, Any], n_agents: int) -> dict[str, np.ndarray]:
@@ -44,7 +42,6 @@ def priors_of(case: Mapping[str, Any]) -> dict[int, tuple[float, float]]:
 # --- the authors' numbers -----------------------------------------------------------------------------------
 
 
-@published
 @pytest.mark.core
 @pytest.mark.nojit
 @pytest.mark.parametrize("name", NAMES)
@@ -68,7 +65,6 @@ def test_cdc2024_gives_every_published_alpha_and_beta(name):
     assert compared > 90
 
 
-@published
 @pytest.mark.parametrize("name", NAMES)
 def test_priors_by_name_are_those_of_the_authors(name):
     case = CASES[name]
@@ -79,7 +75,6 @@ def test_priors_by_name_are_those_of_the_authors(name):
     assert [v.agent_beliefs for v in by_name] == [v.agent_beliefs for v in by_number]
 
 
-@published
 def test_paper_preset_shows_case_1_otherwise_than_its_figure():
     """What the text gives on the same evidence: agent 2, who lies, ends highest instead of lowest."""
     frames = [frame_of(frame, 3) for frame in CASES["case1_no_prior"]["frames"]]
@@ -124,7 +119,6 @@ def worst_deviation(name: str, seed: int) -> float:
     return max(off)
 
 
-@published
 @pytest.mark.core
 @pytest.mark.parametrize("name", NAMES)
 def test_the_environment_ends_where_the_authors_do(name):
