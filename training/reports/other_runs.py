@@ -11,7 +11,10 @@ from typing import Any
 
 from trust_env.metrics import METRICS
 from trust_env.scenario.yaml_lines import read_yaml
+from trust_env.training.curves.curve import POINTS
 from trust_env.training.evaluation.results import DAMAGE
+from trust_env.training.evaluation.run_folder import read_details
+from trust_env.training.reports.evaluation import tidied
 
 CURVE, TRAINING, EVALUATIONS, EXPLOITATION = "curve.json", "config.yaml", "evaluations.csv", "exploit.json"
 _LEARNED = (DAMAGE, "false_tracks_per_frame", "missing_targets_per_frame")
@@ -49,6 +52,7 @@ def _curve(path: Path, found: dict[str, Any]) -> dict[str, Any]:
         "meaning": found["meaning"],
         "metric": metric,
         "unit": METRICS[metric].unit,
+        "command": next((tidied(read_details(point)[1]) for point in sorted((path / POINTS).glob("*"))), ""),
         "values": [point["value"] for point in points],
         "lines": lines,
     }

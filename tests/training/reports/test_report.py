@@ -1,6 +1,8 @@
 """Reports: what stands in the page is what the runs' own files say, whatever they are runs of."""
 
 import json
+import shlex
+import sys
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -104,6 +106,7 @@ def test_a_curve_has_a_line_for_every_defense_and_training_runs_stand_together(f
     _, curve, learning = found["sections"]
     written = json.loads((folder / "curve" / "curve.json").read_text())
     assert (curve["kind"], curve["values"]) == ("curve", [1, 4])
+    assert curve["command"] == tidied(shlex.join(sys.argv))
     for number, line in enumerate(curve["lines"]):
         means = [p["results"]["cells"][number]["metrics"]["damage_per_frame"]["mean"] for p in written["points"]]
         assert line["mean"] == means
