@@ -110,7 +110,7 @@ class ByNeed(ActionWrapper):
 
     @property
     def _maps(self) -> int:
-        return 5 if self.spots.most_honest else 3
+        return 5 if self.spots.knows_honest else 3
 
     def add_own_fields(self, seen: np.ndarray, observations: np.ndarray) -> None:
         self._look(observations)
@@ -149,7 +149,9 @@ class ByNeed(ActionWrapper):
         for turn in range(self.placed):
             self._place(choices[..., turn], sight)
         positions, fire = self._doubles(doubles[..., None], observations)
-        phantoms, due = self._due(self._slots - fire.sum(axis=2, keepdims=True))
+        watchers = self._watchers()
+        phantoms, due = self._due(watchers, self._slots - fire.sum(axis=2, keepdims=True))
+        self._forecast(phantoms, due, watchers, observations)
         return self._encode(positions, fire, phantoms, due, suppress[..., None], observations)
 
     def _withdraw(self, choice: np.ndarray) -> None:
@@ -181,12 +183,24 @@ class ByNeed(ActionWrapper):
         fire = (farthest != 0) & (np.arange(self._most) < np.minimum(count, self._slots))
         return farthest + self._shift * np.conj(self.reference.axis), fire
 
-    def _due(self, slots: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _due(self, watchers: np.ndarray, slots: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The phantoms int[W, n, M] that are reported in `slots` [W, n, 1], and which of them are."""
         wanted = self.spot != _NONE
-        urgency = self.forecast.urgency(wanted, self._watchers(), slots)
+        urgency = self.forecast.urgency(wanted, watchers, slots)
         phantom = np.argsort(-urgency, axis=2, kind="stable")[..., : self._most]
         return phantom, np.take_along_axis(wanted, phantom, axis=2) & (np.arange(self._most) < slots)
+
+    def _forecast(self, phantom: np.ndarray, due: np.ndarray, watchers: np.ndarray, observations: np.ndarray) -> None:
+        """One frame on, in which the phantoms[W, n, M] that are due are reported."""
+        hit = np.zeros(self.spot.shape, dtype=bool)
+        np.put_along_axis(hit, phantom, due, axis=2)
+        pose = self.context.observation_table.read(observations, self.context.agents, "pose")
+        points = self.spots.positions(self._offsets(), pose, self.reference.axis)
+        self.forecast.update(hit, points, watchers)
+
+    def _offsets(self) -> Points:
+        """Where the phantoms stand in their FOVs, in radii, [W, n, P]."""
+        return self.spots.offset[np.maximum(self.spot, 0)]
 
     def _encode(
         self,
@@ -197,14 +211,10 @@ class ByNeed(ActionWrapper):
         suppress: np.ndarray,
         observations: np.ndarray,
     ) -> np.ndarray:
-        """Raw actions float32[W, n, A], doubles in the first slots; the forecast goes one frame on."""
-        spot = self.spots.offset[np.maximum(self.spot, 0)]  # [W, n, P]
-        hit = np.zeros(self.spot.shape, dtype=bool)
-        np.put_along_axis(hit, phantom, due, axis=2)
-        pose = self.context.observation_table.read(observations, self.context.agents, "pose")
-        self.forecast.update(hit, self.spots.positions(spot, pose, self.reference.axis), self._watchers())
+        """Raw actions float32[W, n, A], doubles in the first slots."""
         due = np.concatenate([doubled, due], axis=2)
-        points = np.concatenate([doubles, np.take_along_axis(spot, phantom, axis=2) / np.float32(REACH)], axis=2)
+        placed = np.take_along_axis(self._offsets(), phantom, axis=2) / np.float32(REACH)
+        points = np.concatenate([doubles, placed], axis=2)
         first = np.argsort(~due, axis=2, kind="stable")[..., : self._most]
         due, points = np.take_along_axis(due, first, axis=2), np.take_along_axis(points, first, axis=2)
         out = np.zeros((*due.shape[:2], self._action_size), dtype=np.float32)

@@ -41,8 +41,9 @@ class Spots:
         self._known: np.ndarray | None = None  # poses of the last `update`
 
     @property
-    def most_honest(self) -> int:
-        return 0 if self._witnesses is None else len(self._witnesses.agents)
+    def knows_honest(self) -> bool:
+        """Whether there are honest agents, and it is known where they look."""
+        return self._witnesses is not None and len(self._witnesses.agents) > 0
 
     def update(self, observations: np.ndarray, axis: Points) -> None:
         """Who looks where, from observations[W, n, O] and the directions axis[W, n, 1] of the lattice; only in worlds
@@ -69,8 +70,7 @@ class Spots:
         self.others[rows] = looks.sum(axis=1) - looks[:, own, own]
         if self._witnesses is not None:
             self.honest[rows] = self._witnesses.see(seen, points).sum(axis=1)
-        w, n, s = self.usable[rows].shape
-        everywhere = np.broadcast_to(np.arange(s), (w, n, s))
+        everywhere = np.broadcast_to(np.arange(len(self.offset)), points.shape[:-1])
         self._room[rows] = self._count(everywhere, self._kinds(rows, everywhere))
 
     def lookers(self, spot: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
