@@ -70,7 +70,8 @@ def parts(folder: Path) -> dict[str, Any]:
     if not (folder / "finished.json").exists():
         return {}
     saved = json.loads((folder / "finished.json").read_text())
-    found: dict[str, Any] = {f"search {name}": _untimed(outcome) for name, outcome in saved["searches"].items()}
+    found: dict[str, Any] = {f"screening {name}": _untimed(outcome) for name, outcome in saved["screened"].items()}
+    found |= {f"search {name}": _untimed(outcome) for name, outcome in saved["searches"].items()}
     for seed in saved["trainings"]:
         found[f"training {seed}"] = trained(folder / "learned" / f"seed_{seed}")
     for part in ("validation", "evaluation"):
@@ -97,10 +98,19 @@ def ranked(folder: Path) -> dict[str, Any]:
     for file in sorted(folder.glob("parts/*/*/*/results.parquet")):
         part = file.parent
         found |= {f"{part.relative_to(folder)} {name}": rows for name, rows in cells(part).items()}
-    if (folder / "quick.json").exists():
-        rows = json.loads((folder / "quick.json").read_text())["rows"]
-        found["rows"] = [_untimed(row) for row in rows]
-    return found
+    return found | _rows(folder / "quick.json")
+
+
+def exploited(folder: Path) -> dict[str, Any]:
+    """What a full ranking has finished: the parts of the exploitation of each defense, and the rows."""
+    found: dict[str, Any] = {}
+    for part in sorted(folder.glob("parts/*/*/*/exploit")):
+        found |= {f"{part.relative_to(folder)} {name}": outcome for name, outcome in parts(part).items()}
+    return found | _rows(folder / "full.json")
+
+
+def _rows(file: Path) -> dict[str, Any]:
+    return {"rows": [_untimed(row) for row in json.loads(file.read_text())["rows"]]} if file.exists() else {}
 
 
 def tuned(folder: Path) -> dict[str, Any]:
@@ -128,7 +138,7 @@ TRAIN = FolderRun(
 EXPLOIT = FolderRun(
     ["exploit", "--scenario", "trio(horizon=20)", "--defense", "score", "--episodes", "6", "--seeds", "2",
      "--attack", "honest,false_positive,search(suppress),search(false_positive)", "--validation", "5",
-     "--generations", "2", "--population", "3", "--search-episodes", "2",
+     "--generations", "2", "--population", "3", "--search-episodes", "2", "--screening", "1", "--advancing", "1",
      *(word for field in TRAINING for word in ("--set", field))],
     parts,
 )  # fmt: skip
@@ -145,10 +155,11 @@ references: [oracle, blank]
 quick: {validation: 10, episodes: 20}
 search: {defense: trust, generations: 3, population: 6, episodes: 8, validation: 20}
 full:
-  {threats: [own@1], validation: 2, episodes: 3, generations: 1, population: 2, search_episodes: 2, screening: 1,
-   advancing: 1, seeds: 0, training: {}}
-"""
+  {threats: [own@1], validation: 2, episodes: 3, generations: 2, population: 2, search_episodes: 2, screening: 1,
+   advancing: 1, seeds: 1, training: {TRAINING}}
+""".replace("TRAINING", ", ".join(TRAINING).replace("=", ": "))
 RANK_QUICK = FolderRun(["rank", "--quick"], ranked, VERSION)
+RANK_FULL = FolderRun(["rank", "--full", "--only", "score,trust"], exploited, VERSION)
 RANK_SEARCH = FolderRun(["rank", "--search"], tuned, VERSION)
 
 

@@ -16,6 +16,7 @@ from typing import Any
 from folder_runs import (
     EVALUATE,
     EXPLOIT,
+    RANK_FULL,
     RANK_QUICK,
     RANK_SEARCH,
     TRAIN,
@@ -69,6 +70,7 @@ SOAKS = {
     "kill-exploit": partial(soak, EXPLOIT, killed, 20),
     "kill-train": partial(soak, TRAIN, killed, 10),
     "kill-quick": partial(soak, RANK_QUICK, killed, 10),
+    "kill-full": partial(soak, RANK_FULL, killed, 10),
     "kill-search": partial(soak, RANK_SEARCH, killed, 10),
     "disk-evaluate": partial(soak, EVALUATE, out_of_disk, 10),
     "disk-exploit": partial(soak, EXPLOIT, out_of_disk, 10),

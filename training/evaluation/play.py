@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -25,10 +25,24 @@ def play_worlds(
 
     policies: by role or agent, as a `Player` takes them.
     """
-    player, metrics = Player(venv, policies), EpisodeMetrics(venv)
+    metrics = EpisodeMetrics(venv)
+    for info in play_frames(venv, policies, worlds, seed, frames, advance):
+        metrics.update(info)
+    return metrics
+
+
+def play_frames(
+    venv: VectorEnv,
+    policies: Mapping[str, Any],
+    worlds: np.ndarray,
+    seed: int,
+    frames: int,
+    advance: Advance = lambda _: None,
+) -> Iterator[dict[str, Any]]:
+    """What every frame's step informs of, in the episodes that `play_worlds` measures."""
+    player = Player(venv, policies)
     observations, _ = venv.reset(seed, options={"worlds": worlds, "episodes": np.zeros_like(worlds)})
     for _ in range(frames):
         observations, _, _, _, info = venv.step(player.actions(observations))
-        metrics.update(info)
+        yield info
         advance(1)
-    return metrics

@@ -8,6 +8,7 @@ from pathlib import Path
 from trust_env.defenses import named_in_full
 from trust_env.scenario import Scenario
 from trust_env.training.evaluation.evaluate import evaluate
+from trust_env.training.exploitation.comparison import Attacker
 from trust_env.training.exploitation.exploit import exploit
 from trust_env.training.exploitation.report import Exploitability
 from trust_env.training.exploitation.threat_models import ThreatModel
@@ -16,6 +17,8 @@ from trust_env.training.ranking.quick import folder_name
 from trust_env.training.ranking.row import Row, row
 from trust_env.training.ranking.timing import time_ratio
 from trust_env.training.ranking.version import Version
+
+EXPLOIT = "exploit"  # the folder in that of a row in which `exploit` keeps what it finds
 
 
 def full_rows(
@@ -28,8 +31,16 @@ def full_rows(
     for scenario in version.scenarios:
         for threat in version.threat_models:
             for defense in defenses:
-                at = folder / "parts" / folder_name(scenario) / threat.label / folder_name(named_in_full(defense))
-                yield _row(version, scenario, threat, defense, more_attacks, at, progress)
+                yield _row(version, scenario, threat, defense, more_attacks, folder, progress)
+
+
+def exploit_folder(folder: Path, scenario: str, threat: str, defense: str) -> Path:
+    """Where the exploitation of a defense stands in the folder of a full ranking."""
+    return _part(folder, scenario, threat, defense) / EXPLOIT
+
+
+def _part(folder: Path, scenario: str, threat: str, defense: str) -> Path:
+    return folder / "parts" / folder_name(scenario) / threat / folder_name(named_in_full(defense))
 
 
 def _row(
@@ -41,24 +52,30 @@ def _row(
     folder: Path,
     progress: bool,
 ) -> Row:
-    world = version.world(scenario, threat)
-    found = _exploit(
-        version, world, threat, defense, _attacks(version, scenario, more_attacks, threat), folder, progress
-    )
+    world, part = version.world(scenario, threat), _part(folder, scenario, threat.label, defense)
+    attacks = _attacks(version, scenario, more_attacks, threat)
+    found = _exploit(version, world, threat, defense, attacks, part / EXPLOIT, progress)
     cells = {
-        attacker.name: Cells(
+        _name(attacker): Cells(
             found.validation[attacker.attack, found.defense], found.results[attacker.attack, found.defense]
         )
         for attacker in found.attackers
     }
     worst = found.worst()
     assert worst is not None
-    counts = (version.full.episodes, version.seed, folder / "references")
+    counts = (version.full.episodes, version.seed, part / "references")
     reference = evaluate(world, [worst.attack], version.references, *counts, resume=True, progress=progress)
     between = {
-        name: {worst.name: Cells(cell, cell)} for name in version.references for cell in [reference[worst.attack, name]]
+        name: {_name(worst): Cells(cell, cell)}
+        for name in version.references
+        for cell in [reference[worst.attack, name]]
     }
     return row(version, scenario, threat, defense, cells, between, time_ratio(world, defense))
+
+
+def _name(attacker: Attacker) -> str:
+    """By which anybody can play it, but for a training run, of which nobody else has the folder."""
+    return attacker.name if attacker.kind == "learned" else attacker.attack
 
 
 def _exploit(
@@ -74,7 +91,7 @@ def _exploit(
     return exploit(
         world,
         defense,
-        folder / "exploit",
+        folder,
         ",".join(attacks),
         seeds=budget.seeds,
         episodes=budget.episodes,
