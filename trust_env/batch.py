@@ -71,8 +71,8 @@ class Batch:
 
     threads: how many threads share a frame's work (default: the processors this process may use).
 
-    Whoever calls `start`, `step` or `run_frame` does so within `use`, and sets `use.unfinished` to False at the
-    end of what belongs together.
+    Whoever calls `start`, `step`, `run_frame` or `run`, which runs stages of `trust_env.frame`, does so within `use`,
+    and sets `use.unfinished` to False at the end of what belongs together.
     """
 
     def __init__(
@@ -103,7 +103,7 @@ class Batch:
         self.arrays.dt[...], self.arrays.active[...] = self.scenario.dt, 1
         self._action = self.arrays.action
         self._evidence: Evidence | None = None
-        self._run = self._first_run
+        self.run = self._first_run
 
     def _first_run(self, wanted: int) -> None:
         """Run stages, once the built-in defense is compiled or loaded."""
@@ -111,8 +111,8 @@ class Batch:
             entry = frame.defense_entry(type(self.defense))
             entry.prepare()
             self.parameters.set(defense=entry.address)
-        self._run = self._workers.run
-        self._run(wanted)
+        self.run = self._workers.run
+        self.run(wanted)
 
     def _own(self, scratch: np.ndarray) -> list[int]:
         """What a thread is told of the worlds: `frame.OWN`."""
@@ -165,7 +165,7 @@ class Batch:
         """
         self.use.unfinished = True
         self.arrays.active[...] = worlds
-        self._run(frame.BEGIN)
+        self.run(frame.BEGIN)
         self.arrays.active[...] = 1
         self.arrays.metrics[worlds] = 0.0
         if not isinstance(self.defense, BuiltIn):
@@ -180,7 +180,7 @@ class Batch:
     def sense(self) -> None:
         """Sense the present frame once more, after targets or seeds have been changed."""
         self.use.unfinished = True
-        self._run(frame.SENSE_ONLY)
+        self.run(frame.SENSE_ONLY)
 
     def run_frame(self, before: int, after: int) -> None:
         """Stages before judging, the defense, stages after it: one call of the engine, or two around a user's
@@ -188,15 +188,15 @@ class Batch:
         """
         self.use.unfinished = True
         if isinstance(self.defense, BuiltIn):
-            self._run(before | frame.JUDGE_BUILT_IN | frame.CONCLUDE | after)
+            self.run(before | frame.JUDGE_BUILT_IN | frame.CONCLUDE | after)
             return
-        self._run(before | frame.JUDGE_NOTHING)
+        self.run(before | frame.JUDGE_NOTHING)
         evidence = self.evidence()
         verdict = call(self.defense, "update", evidence)
         if not self.use.unfinished:
             raise RuntimeError(f"{source_of(self.defense)}.update has called reset() of the environment that called it")
         apply_verdict(self.defense, verdict, evidence, self.arrays)
-        self._run(frame.CONCLUDE | after)
+        self.run(frame.CONCLUDE | after)
 
     def evidence(self) -> Evidence:
         """The present frame's evidence; live views, so copy what must outlast the frame."""

@@ -14,7 +14,7 @@ from typing import Any
 
 import trust_env
 from trust_env.training.console import progress_bar
-from trust_env.training.speed import peers, startup, stone_soup, subjects, training_step
+from trust_env.training.speed import peers, stages, startup, stone_soup, subjects, training_step
 from trust_env.training.speed.missing import MissingPeer
 from trust_env.training.speed.stopwatch import Run, Spread, measure, ratio
 from trust_env.training.speed.timings import FrameLoad, Ratio, Timings
@@ -42,10 +42,13 @@ def benchmark(quick: bool = False, progress: bool = True, seconds: float | None 
     """Time everything by turns. quick: shorter turns, and no compiling; seconds: length of a turn instead."""
     repetitions, turn = (3, 0.1) if quick else (9, 0.4)
     timed, crowded, skipped = _subjects()
-    total = (repetitions + 1) * len(timed) + 2
+    total = (repetitions + 1) * len(timed) + 3
     with progress_bar("benchmark", total, progress) as (advance, describe):
         describe("benchmark: by turns")
         rates = measure(timed, repetitions, turn if seconds is None else seconds, advance)
+        describe("benchmark: stages of a frame")
+        stage_times = stages.stage_times(VectorEnv("trio", "trust", WORLDS, threads=1, autoreset=False))
+        advance(1)
         describe("benchmark: start-up")
         starting: dict[str, Any] = {"import": startup.import_time(repetitions)}
         advance(1)
@@ -61,7 +64,7 @@ def benchmark(quick: bool = False, progress: bool = True, seconds: float | None 
     ]
     loads = [_load(venv, rates[_crowded_name(name)]) for name, venv in crowded.items()]
     spreads = {name: Spread.of(values) for name, values in rates.items()}
-    return Timings(quick, _machine(), spreads, ratios, loads, starting, skipped)
+    return Timings(quick, _machine(), spreads, ratios, loads, stage_times, starting, skipped)
 
 
 def _subjects() -> tuple[dict[str, Run], dict[str, VectorEnv], dict[str, str]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -55,6 +55,7 @@ class Timings:
     rates: dict[str, Spread]  # frames per second
     ratios: list[Ratio]
     loads: list[FrameLoad]
+    stages: dict[str, float]  # s that a world of trio takes, on one thread, by the stage of a frame
     startup: dict[str, Any]
     skipped: dict[str, str]
 
@@ -66,13 +67,14 @@ class Timings:
             "frames_per_second": {name: rate.to_dict() for name, rate in self.rates.items()},
             "ratios": [each.to_dict() for each in self.ratios],
             "loads": [load.to_dict() for load in self.loads],
+            "stages": self.stages,
             "startup": self.startup,
             "skipped": self.skipped,
         }
 
     def print(self, console: Console) -> None:
         """Print every table, the start-up times, and what was skipped."""
-        for table in (_rate_table(self), _ratio_table(self.ratios), _load_table(self.loads)):
+        for table in (_rate_table(self), _ratio_table(self.ratios), _load_table(self.loads), _stage_table(self.stages)):
             print_table(console, table)
         seconds, brought = self.startup["import"]["seconds"]["median"], self.startup["import"]["brings_in"]
         light = f"brings in {', '.join(brought)}" if brought else f"none of {', '.join(HEAVY)}"
@@ -111,4 +113,13 @@ def _load_table(loads: Sequence[FrameLoad]) -> Table:
     for load in loads:
         values = (load.detections, load.tracks, load.pairs, load.ns_per_pair)
         table.add_row(load.scenario, *(format_number(value) for value in values))
+    return table
+
+
+def _stage_table(stages: Mapping[str, float]) -> Table:
+    table, whole = Table("stage", title="Where a frame of trio goes, on one thread"), sum(stages.values())
+    for name in ("us", "share"):
+        table.add_column(name, justify="right")
+    for name, seconds in sorted(stages.items(), key=lambda each: -each[1]):
+        table.add_row(name, format_number(1e6 * seconds), f"{100.0 * seconds / whole:.0f} %")
     return table

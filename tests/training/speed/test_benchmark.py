@@ -12,7 +12,7 @@ from rich.console import Console
 
 import trust_env
 from trust_env.training import benchmark as run_benchmark
-from trust_env.training.speed import peers, startup, stone_soup, subjects
+from trust_env.training.speed import peers, stages, startup, stone_soup, subjects
 from trust_env.training.speed.benchmark import WANTED
 from trust_env.training.speed.stopwatch import Spread, measure, ratio
 from trust_env.training.speed.timings import Ratio, Timings
@@ -106,6 +106,17 @@ def test_stone_soup_follows_the_targets():
         assert np.linalg.norm(places - target, axis=1).min() < 0.02
 
 
+def test_stages_run_one_by_one_are_frames():
+    """What is timed is what a step does."""
+    timed, stepped = (trust_env.vector_env("trio", num_worlds=3, threads=1, autoreset=False) for _ in range(2))
+    stages.stage_times(timed)
+    stepped.reset(seed=0)
+    for _ in range(stages.WARM_UP + stages.FRAMES):
+        stepped.step(subjects.attack_actions(stepped.scenario, stepped.arrays.action.shape))
+    for name, array in stepped.arrays.items():
+        assert np.array_equal(timed.arrays[name], array, equal_nan=array.dtype.kind == "f"), name
+
+
 # --- start-up -------------------------------------------------------------------------------------------
 
 
@@ -142,6 +153,7 @@ def test_report_is_plain_and_complete(timings):
     assert all(0 < rate["low"] <= rate["median"] <= rate["high"] for rate in rates.values())
     assert [load["scenario"] for load in found["loads"]] == ["patrol", "crowd"]
     assert all(load["pairs"] > 0 and load["ns_per_pair"] > 0 for load in found["loads"])
+    assert {"track_locally", "score_picture"} < set(found["stages"]) and min(found["stages"].values()) > 0
     assert found["startup"]["import"]["brings_in"] == [] and "compiling" in found["skipped"]
     assert found["machine"]["processors"] >= 1
 
@@ -150,7 +162,14 @@ def test_report_prints_every_table(timings):
     console = Console(width=150, record=True, file=io.StringIO())
     timings.print(console)
     text = console.export_text()
-    for part in ("Frames per second", "How many times as fast", "ns per pair", "import trust_env", "crowd"):
+    for part in (
+        "Frames per second",
+        "How many times as fast",
+        "ns per pair",
+        "import trust_env",
+        "crowd",
+        "gather_evidence",
+    ):
         assert part in text
 
 
