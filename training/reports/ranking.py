@@ -41,14 +41,14 @@ def ranking_section(file: Path) -> dict[str, Any]:
 
 
 def _group(scenario: str, threat: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """The rows of a table, the least damage by the worst attack first, and the damage of every attack."""
-    attacks = dict.fromkeys(attack for row in rows for attack in row["damage"])
+    """The rows of a table, the least damage by the worst attack first, and the damage of attacks that all rows have."""
+    attacks = [attack for attack in rows[0]["damage"] if all(attack in row["damage"] for row in rows)]
     return {
         "scenario": scenario,
         "threat": threat,
         "rows": [_row(row) for row in rows],
-        "attacks": list(attacks),
-        "damage": [[row["damage"].get(attack) for row in rows] for attack in attacks],
+        "attacks": attacks,
+        "damage": [[row["damage"][attack] for row in rows] for attack in attacks],
     }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import shutil
 from pathlib import Path
@@ -19,6 +20,7 @@ from trust_env.metrics import METRICS
 from trust_env.metrics.forecast_scores import N_BINS
 from trust_env.training.evaluation.cell import Cell
 from trust_env.training.exploitation.threat_models import threat_model
+from trust_env.training.published.ranking_summary import summary
 from trust_env.training.ranking.cells import Cells, split
 from trust_env.training.ranking.check import check_ranking
 from trust_env.training.ranking.rank import check
@@ -41,7 +43,7 @@ full:
   {threats: [own@1, poses@1], validation: 2, episodes: 3, generations: 2, population: 2, search_episodes: 2,
    screening: 1, advancing: 1, seeds: 0, training: {}}
 """
-PUBLISHED = ROOT / "rankings" / "v1" / "quick.json"
+PUBLISHED, FULL = (ROOT / "rankings" / "v1" / f"{kind}.json" for kind in ("quick", "full"))
 TEMPLATE = ROOT / "rankings" / "entries" / "template"
 OUTWARD = "from trust_env.agents.attacks.outward import Outward\n\n\nclass Theirs(Outward):\n    name = 'theirs'\n"
 
@@ -311,12 +313,24 @@ def test_one_of_quick_full_search_and_check_is_expected(cli):
 
 
 class TestPublished:
-    def test_the_table_is_made_from_the_json(self):
-        assert load_ranking(PUBLISHED).markdown() == PUBLISHED.with_suffix(".md").read_text()
+    @pytest.mark.parametrize("file", [PUBLISHED, FULL])
+    def test_the_table_is_made_from_the_json(self, file):
+        assert load_ranking(file).markdown() == file.with_suffix(".md").read_text()
+
+    def test_the_table_of_the_readme_is_made_from_the_full_one(self):
+        assert "\n".join(summary(load_ranking(FULL))) in (ROOT / "README.md").read_text()
 
     def test_it_is_the_protocol_of_version_1(self):
-        fields = load_ranking(PUBLISHED).fields
-        assert fields["protocol"] == json.loads(load_version("1").model_dump_json())
+        protocol = json.loads(load_version("1").model_dump_json())
+        assert load_ranking(PUBLISHED).fields["protocol"] == protocol
+        assert load_ranking(FULL).fields["protocol"] == {**protocol, "threats": protocol["full"]["threats"]}
+
+    def test_all_of_it_was_played(self):
+        version, rows = load_version("1"), load_ranking(FULL).rows
+        played = {(row["scenario"], row["threat"], row["defense"]) for row in rows}
+        defenses = [named_in_full(name) for name in version.defenses]
+        assert played == set(itertools.product(version.scenarios, version.full.threats, defenses))
+        assert not load_ranking(FULL).fields["options"]
 
     def test_a_row_is_what_evaluate_finds_now(self):
         version = load_version("1")
@@ -327,6 +341,18 @@ class TestPublished:
         saved = rows["trio", "own@1", "score"]["damage"]
         for cell in results.cells:
             assert split(cell, quick.validation).damage.mean() == pytest.approx(saved[cell.attack], rel=1e-9)
+
+    def test_what_a_search_of_the_full_one_found_does_that_damage(self):
+        """Against a defense of trio, in the episodes of the row."""
+        version, ranking = load_version("1"), load_ranking(FULL)
+        (made,) = (row for row in ranking.rows if (row["scenario"], row["defense"]) == ("trio", "score"))
+        named = {"learned, seed 0", "learned, seed 1", *version.attacks_on("trio")}
+        attack = max(set(made["damage"]) - named, key=made["damage"].get)
+        world = version.world("trio", threat_model(made["threat"]))
+        counts = version.full.episodes, version.seed
+        results = training.evaluate(world, attack, "score", *counts, progress=False)
+        found = results.cells[0].metrics["damage_per_frame"].mean()
+        assert found == pytest.approx(made["damage"][attack], rel=1e-9)
 
 
 def test_attacks_of_version_1_are_named_as_results_name_them():

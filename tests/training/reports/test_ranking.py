@@ -1,6 +1,7 @@
 """Reports on rankings: their rows, in their order, with the numbers of their files."""
 
 import json
+import shutil
 
 import pytest
 from browsers import open_browser, open_page
@@ -20,9 +21,21 @@ def ranking():
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
+    """The published quick ranking alone, and the report on it."""
     root = tmp_path_factory.mktemp("ranking")
-    training.report(PUBLISHED, root / "report.html", progress=False)
+    shutil.copy(PUBLISHED / "quick.json", root)
+    training.report(root, root / "report.html", progress=False)
     return root
+
+
+def test_what_is_published_is_reported_quick_and_full():
+    quick, full = (ranking_section(PUBLISHED / f"{kind}.json") for kind in ("quick", "full"))
+    assert (quick["order"], full["order"], len(full["groups"])) == ("quick", "full", 2)
+    for section in (quick, full):  # on one map stand the attacks that all defenses have met
+        for group in section["groups"]:
+            assert {"honest", "outward"} < set(group["attacks"])
+            assert {len(values) for values in group["damage"]} == {len(group["rows"])}
+    assert not any(attack.startswith("by_turns(per_slot=4, spacing=37.0") for attack in full["groups"][0]["attacks"])
 
 
 def test_every_row_stands_in_its_group_from_the_least_damage_to_the_most(ranking):
@@ -44,11 +57,11 @@ def test_every_row_stands_in_its_group_from_the_least_damage_to_the_most(ranking
             assert {a: group["damage"][i][j] for i, a in enumerate(group["attacks"])} == row["damage"]
 
 
-def test_a_folder_of_rank_is_reported_with_what_was_played(cli, tmp_path):
+def test_a_folder_of_rank_is_reported_with_what_was_played(cli, folder, tmp_path):
     ranking = json.loads((PUBLISHED / "quick.json").read_text())
     ranking["options"] = {"defense": ["a b.py:Mine"], "only": ["score"]}
     (tmp_path / "full.json").write_text(json.dumps(ranking))
-    found = training.report([PUBLISHED, tmp_path], tmp_path / "a.html", progress=False)
+    found = training.report([folder, tmp_path], tmp_path / "a.html", progress=False)
     assert [section["kind"] for section in found["sections"]] == ["ranking", "ranking"]
     assert found["sections"][1]["command"] == "trust-env rank --quick --defense 'a b.py:Mine' --only score --out RUN"
     assert found["title"] == found["sections"][0]["scenario"] == "patrol, trio"
