@@ -1,4 +1,4 @@
-"""A full ranking in short, for the README: of every defense what it shows wrong without an attack and under the worst.
+"""A full ranking in short: what each defense shows wrong without an attack, and under the worst one.
 
 python -m trust_env.training.published.ranking_summary rankings/v1/full.json
 """

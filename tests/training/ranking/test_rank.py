@@ -317,8 +317,8 @@ class TestPublished:
     def test_the_table_is_made_from_the_json(self, file):
         assert load_ranking(file).markdown() == file.with_suffix(".md").read_text()
 
-    def test_the_table_of_the_readme_is_made_from_the_full_one(self):
-        assert "\n".join(summary(load_ranking(FULL))) in (ROOT / "README.md").read_text()
+    def test_the_table_in_short_is_made_from_the_full_one(self):
+        assert "\n".join(summary(load_ranking(FULL))) in (ROOT / "rankings" / "README.md").read_text()
 
     def test_it_is_the_protocol_of_version_1(self):
         protocol = json.loads(load_version("1").model_dump_json())
