@@ -24,7 +24,7 @@ from trust_env.scenario import Scenario, load_scenario
 from trust_env.training.console import Advance, progress_bar
 from trust_env.training.evaluation.cell import Batch, Cell, join_batches
 from trust_env.training.evaluation.configuration import NamedSpec, configuration, named_specs
-from trust_env.training.evaluation.play import play_worlds
+from trust_env.training.evaluation.play import measure_frames, play_frames
 from trust_env.training.evaluation.replay_code import Setting
 from trust_env.training.evaluation.results import Results
 from trust_env.training.evaluation.run_folder import RunFolder
@@ -178,7 +178,8 @@ class _Evaluation:
     def _play_policy(self, policy: Any, defense: NamedSpec, worlds: np.ndarray, frames: int, advance: Advance) -> Batch:
         venv = VectorEnv(self.scenario, defense.construct(), len(worlds), self.max_cycles, autoreset=False)
         try:
-            metrics = play_worlds(venv, {"adversary": policy}, worlds, self.seed, frames, advance)
+            infos = play_frames(venv, {"adversary": policy}, worlds, self.seed, frames, advance)
+            metrics = measure_frames(venv, infos)
             found = metrics.result(), metrics.reliability(), metrics.strata()
             return Batch(*found, metrics.courses(), metrics.trust_scores())
         finally:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,24 +13,6 @@ from trust_env.training.console import Advance
 from trust_env.vector import VectorEnv
 
 
-def play_worlds(
-    venv: VectorEnv,
-    policies: Mapping[str, Any],
-    worlds: np.ndarray,
-    seed: int,
-    frames: int,
-    advance: Advance = lambda _: None,
-) -> EpisodeMetrics:
-    """The metrics of episode 0 of the given worlds[venv.num_worlds] of a seed.
-
-    policies: by role or agent, as a `Player` takes them.
-    """
-    metrics = EpisodeMetrics(venv)
-    for info in play_frames(venv, policies, worlds, seed, frames, advance):
-        metrics.update(info)
-    return metrics
-
-
 def play_frames(
     venv: VectorEnv,
     policies: Mapping[str, Any],
@@ -39,10 +21,21 @@ def play_frames(
     frames: int,
     advance: Advance = lambda _: None,
 ) -> Iterator[dict[str, Any]]:
-    """What every frame's step informs of, in the episodes that `play_worlds` measures."""
+    """Episode 0 of the given worlds[venv.num_worlds] of a seed: what the step of every frame informs of.
+
+    policies: by role or agent, as a `Player` takes them.
+    """
     player = Player(venv, policies)
     observations, _ = venv.reset(seed, options={"worlds": worlds, "episodes": np.zeros_like(worlds)})
     for _ in range(frames):
         observations, _, _, _, info = venv.step(player.actions(observations))
         yield info
         advance(1)
+
+
+def measure_frames(venv: VectorEnv, frames: Iterable[dict[str, Any]]) -> EpisodeMetrics:
+    """All metrics of the episodes that `play_frames` plays in `venv`."""
+    metrics = EpisodeMetrics(venv)
+    for info in frames:
+        metrics.update(info)
+    return metrics

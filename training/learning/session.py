@@ -12,7 +12,7 @@ from trust_env.agents.learned.policy import Learned
 from trust_env.agents.wrappers import DEFAULT_WRAPPER
 from trust_env.metrics import METRICS
 from trust_env.scenario import Scenario
-from trust_env.training.evaluation.play import play_worlds
+from trust_env.training.evaluation.play import measure_frames, play_frames
 from trust_env.training.learning.configuration import Configuration
 from trust_env.training.learning.export import export_policy
 from trust_env.training.learning.learners import Learners
@@ -131,7 +131,8 @@ class Session:
         policies = {config.role: Learned(str(self.folder.path)), **config.others}
         episodes, seed = config.evaluation.episodes, config.evaluation.seed
         venv = VectorEnv(self.scenario, config.defense, episodes, threads=config.threads, autoreset=False)
-        found = play_worlds(venv, policies, np.arange(episodes), seed, venv.max_cycles).result()
+        infos = play_frames(venv, policies, np.arange(episodes), seed, venv.max_cycles)
+        found = measure_frames(venv, infos).result()
         venv.close()
         record = self.logs.evaluation.record
         record("time/steps", self.steps, exclude="tensorboard")

@@ -27,7 +27,7 @@ def summary(ranking: Ranking) -> list[str]:
         [f"`{name}`", *(cell for scenario in scenarios for cell in _cells(by_place[name, scenario]))]
         for name in (row["defense"] for row in ordered)
     ]
-    return list(markdown(("defense", *columns), lines))
+    return markdown(("defense", *columns), lines)
 
 
 def _cells(row: dict[str, Any]) -> list[str]:

@@ -18,8 +18,6 @@ from trust_env.training.ranking.row import Row, row
 from trust_env.training.ranking.timing import time_ratio
 from trust_env.training.ranking.version import Version
 
-EXPLOIT = "exploit"  # the folder in that of a row in which `exploit` keeps what it finds
-
 
 def full_rows(
     version: Version, defenses: Sequence[str], more_attacks: Sequence[str], folder: Path, progress: bool
@@ -36,11 +34,7 @@ def full_rows(
 
 def exploit_folder(folder: Path, scenario: str, threat: str, defense: str) -> Path:
     """Where the exploitation of a defense stands in the folder of a full ranking."""
-    return _part(folder, scenario, threat, defense) / EXPLOIT
-
-
-def _part(folder: Path, scenario: str, threat: str, defense: str) -> Path:
-    return folder / "parts" / folder_name(scenario) / threat / folder_name(named_in_full(defense))
+    return folder / "parts" / folder_name(scenario) / threat / folder_name(named_in_full(defense)) / "exploit"
 
 
 def _row(
@@ -52,9 +46,9 @@ def _row(
     folder: Path,
     progress: bool,
 ) -> Row:
-    world, part = version.world(scenario, threat), _part(folder, scenario, threat.label, defense)
+    world, kept = version.world(scenario, threat), exploit_folder(folder, scenario, threat.label, defense)
     attacks = _attacks(version, scenario, more_attacks, threat)
-    found = _exploit(version, world, threat, defense, attacks, part / EXPLOIT, progress)
+    found = _exploit(version, world, threat, defense, attacks, kept, progress)
     cells = {
         _name(attacker): Cells(
             found.validation[attacker.attack, found.defense], found.results[attacker.attack, found.defense]
@@ -63,7 +57,7 @@ def _row(
     }
     worst = found.worst()
     assert worst is not None
-    counts = (version.full.episodes, version.seed, part / "references")
+    counts = (version.full.episodes, version.seed, kept.with_name("references"))
     reference = evaluate(world, [worst.attack], version.references, *counts, resume=True, progress=progress)
     between = {
         name: {_name(worst): Cells(cell, cell)}

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from trust_env.defenses import build_defense
 from trust_env.scenario import Scenario
-from trust_env.training.speed.stopwatch import Run, measure, ratio
+from trust_env.training.speed.stopwatch import measure, ratio
+from trust_env.training.speed.subjects import vector_subject
 from trust_env.vector import VectorEnv
 
 BASELINE = "score"
@@ -20,20 +19,9 @@ def time_ratio(scenario: Scenario, defense: str) -> float:
     """
     venvs = [VectorEnv(scenario, build_defense(name), WORLDS, threads=1) for name in (defense, BASELINE)]
     try:
-        own, baseline = map(_honest_steps, venvs)
+        own, baseline = (vector_subject(venv, attacked=False) for venv in venvs)
         rates = measure({"own": own, "baseline": baseline}, TURNS, SECONDS)
     finally:
         for venv in venvs:
             venv.close()
     return ratio(rates, "baseline", "own").median
-
-
-def _honest_steps(venv: VectorEnv) -> Run:
-    nothing = np.zeros(venv.arrays.action.shape, dtype=np.float32)
-    venv.reset(0)
-
-    def run(frames: int) -> None:
-        for _ in range(frames):
-            venv.step(nothing)
-
-    return run

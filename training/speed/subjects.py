@@ -47,9 +47,10 @@ def parallel_subject(scenario: str) -> Run:
     return run
 
 
-def vector_subject(venv: VectorEnv) -> Run:
-    """Steps of a batch, its automatic resets included; a frame is a frame of one world."""
-    actions = attack_actions(venv.scenario, venv.arrays.action.shape)
+def vector_subject(venv: VectorEnv, attacked: bool = True) -> Run:
+    """Steps of a batch, its automatic resets included; a frame is a frame of one world. attacked: False: all honest."""
+    shape = venv.arrays.action.shape
+    actions = attack_actions(venv.scenario, shape) if attacked else np.zeros(shape, dtype=np.float32)
     venv.reset(seed=0)
 
     def run(frames: int) -> None:
